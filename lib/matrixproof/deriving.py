@@ -79,8 +79,9 @@ def derive(
 
     Parameters
     ----------
-    left : expression
-        What the derivation begins with.
+    left : expression, Relation or Chain
+        What the derivation begins with.  Of a relation that is its left side, and
+        its right side is the first line.
     number, says : str
         As for a `Chain`.
     symmetric : iterable of MatrixSymbol
@@ -111,7 +112,24 @@ def derive(
     >>> slope.solve(K)
     K M = N
     """
-    return Derived(number, says, left, (), tuple(symmetric), known=named(known))
+    return begun(number, says, left, symmetric, known=named(known))
+
+
+def begun(number, says, left, symmetric, **more):
+    """A derivation that has just begun; from a relation it has a line."""
+    by = getattr(left, "relation", left)
+    if not isinstance(by, Relation):
+        return Derived(number, says, left, (), tuple(symmetric), **more)
+    line = (Substitute if in_blocks([by]) else Line)(by.right, (by,))
+    return Derived(number, says, by.left, (line,), tuple(symmetric), **more)
+
+
+def in_blocks(relations):
+    """Whether one of them says what is in the blocks of a letter."""
+    return any(
+        isinstance(r.left, sp.MatrixSymbol) and isinstance(r.right, sp.BlockMatrix)
+        for r in relations
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -158,7 +176,8 @@ class Derived(Chain):
         Parameters
         ----------
         *definitions : Relation, pair or Chain
-            Each with a letter on its left.  Where its right side is in blocks, the
+            Each with a letter on its left, or with blocks on both sides, of which
+            those that are letters are put in.  Where its right side is in blocks, the
             line shows the blocks; `multiply` opens them.
 
         Examples
@@ -171,12 +190,14 @@ class Derived(Chain):
         """
         right, by = self.right, named(definitions)
         for relation in by:
-            if not isinstance(relation.left, (sp.MatrixSymbol, sp.Symbol)):
+            meant = meanings(relation)
+            if not meant:
                 said = cited_text(relation)
                 raise ValueError(f"{said} does not say what a letter is: `use` it")
-            if relation.left not in letters(plain(right)):
-                raise ValueError(f"the line has no letter {text(relation.left)}")
-            right = put_in(right, relation.left, relation.right)
+            if not letters(plain(right)) & set(meant):
+                which = " or ".join(map(text, meant))
+                raise ValueError(f"the line has no letter {which}")
+            right = put_in(right, meant)
         blocks = any(sp.sympify(e).has(sp.BlockMatrix) for e in (self.right, right))
         return self._then((Substitute if blocks else Line)(right, by))
 
@@ -200,6 +221,9 @@ class Derived(Chain):
     def fold(self, *definitions: Any) -> Derived:
         """Definitions recognised: what is their right side gets their letter.
 
+        Where a sum does not stand as a whole, the longest of its products that stands
+        is the letter less the rest.
+
         Examples
         --------
         >>> from matrixproof import derive, letters
@@ -221,12 +245,13 @@ class Derived(Chain):
                 said = f"{text(sought)}: it is {text(right)}"
                 raise ValueError(f"the line has no {said}")
             right = seen
-        return self._then(Line(right, by))
+        return self._then((Substitute if in_blocks(by) else Line)(right, by))
 
     def by(self, right: Formula, *relations: Any) -> Derived:
         """What the engine proves the line to equal, from some of these relations.
 
-        The line cites those that the proof needs.
+        The line cites those that the proof needs.  Where some of them say what is in
+        the blocks of a letter, they are put in, and all are cited.
 
         Raises
         ------
@@ -242,6 +267,11 @@ class Derived(Chain):
             = C A  A B = C  ✓
         """
         given = named(relations)
+        if in_blocks(given):
+            line = Substitute(right, given)
+            if left_over := line.gap(self.right, given, self._known):
+                raise ValueError(f"the line is not {text(right)}: {left_over}")
+            return self._then(line)
         symmetric = self._algebra(right, *given).symmetric
         cited = prove(self.right, right, given, symmetric).cited
         needed = tuple(r for r in given if r.name in cited)
@@ -323,7 +353,7 @@ class Derived(Chain):
             = 2 A (I - C) B  factor  ✓
         """
         if not isinstance(self.right, MatrixExpr):
-            return self._then(Line(sp.factor(self.right), why="factor"))
+            return self._then(Line(scalar_factors(self.right), why="factor"))
         return self._then(Line(factored(self._normal()), why="factor"))
 
     def collect(self, *columns: Formula) -> Derived:
@@ -525,10 +555,50 @@ in first, or say that it is held
             ...
         ValueError: the line is not linear in K: it is K M K'
         """
-        left, right, inverted = solution(self._normal(), X, self.right)
+        if isinstance(X, sp.Symbol):
+            left, right, inverted = root(X, self.right)
+        else:
+            left, right, *words, _ = solution(self._normal(), X, self.right)
+            found = (x.atom for word in words for x in word if not x.inverted)
+            inverted = tuple(dict.fromkeys(found))
         if name is not None:
             left = left.xreplace({X: name})
         return Solved(titled(number, left, right), left, right, inverted)
+
+    def solved(self, X: Formula, zero: Any, number: str = "", says: str = "") -> Chain:
+        """What a letter is where the derivation began with zero, as a chain.
+
+        Parameters
+        ----------
+        X : letter
+            As for `solve`, which says what is taken to be invertible.
+        zero : Relation
+            It says that what the derivation began with is zero.
+        number, says : str
+            As for a `Chain`.
+
+        Examples
+        --------
+        >>> from matrixproof import Relation, derive, letters
+        >>> K, N, S, W, M = letters("K:n*p N:n*p S:n*p W:n*n M:p*p")
+        >>> slope = derive(Relation("S", S, 2 * W * (K - N) * M))
+        >>> print(slope.solved(K, (S, 0 * S)))
+          K
+            = K - 1/2 W⁻¹ S M⁻¹  S = 0              ✓
+            = N                  S = 2 W (K - N) M  ✓
+        """
+        (zero,) = named([zero])
+        if zero.left != self.left or not self._algebra().normal(zero.right).is_zero:
+            raise ValueError(
+                f"{zero.show(text)} does not say that {text(self.left)} = 0"
+            )
+        value, turned = upright(self._normal(), X)
+        left, right, front, back, share = solution(value, X, self.right)
+        start = self.left.T if turned else self.left
+        front, back = ([x.as_expr().I for x in reversed(w)] for w in (front, back))
+        moved = MatrixProduct(-1 / share, *front, start, *back)
+        lines = Line(MatrixSum(left, moved), (zero,)), Line(right, (self.relation,))
+        return Derived(number, says, left, lines, self.symmetric)
 
     def match(self, form: Formula, *numbers: str) -> tuple[Relation, ...]:
         """What the first factors of a form may be, so that it equals the line.
@@ -642,6 +712,30 @@ in first, or say that it is held
         return self._then(AtLeast(right, tuple(by[M] for M in used), root=root))
 
 
+def scalar_factors(expr):
+    """A number in factors, a minus in front of them put into a bracket."""
+    stands = {t: sp.Dummy() for t in sp.sympify(expr).atoms(sp.Trace)}
+    found = sp.factor(sp.sympify(expr).xreplace(stands))
+    number, rest = found.xreplace({x: t for t, x in stands.items()}).as_coeff_Mul()
+    sums = [x for x in sp.Mul.make_args(rest) if isinstance(x, sp.Add)]
+    if number.is_negative and sums:
+        return sp.Mul(
+            -number, *(-x if x == sums[0] else x for x in rest.args or [rest])
+        )
+    return number * rest
+
+
+def meanings(relation):
+    """{letter: what it is} of a definition, or of an equation between blocks."""
+    pairs, found = [tuple(relation)], {}
+    if all(isinstance(side, sp.BlockMatrix) for side in relation):
+        pairs = zip(*(side.blocks for side in relation))
+    for old, new in pairs:
+        if isinstance(old, (sp.MatrixSymbol, sp.Symbol)):
+            found.setdefault(old, new)
+    return found
+
+
 def titled(number, left, right):
     """The name of a relation: its number and what it says."""
     says = f"{text(left)} = {text(right)}"
@@ -652,28 +746,39 @@ def used(algebra, expr, relation):
     """An expression in which a relation is used from left to right, multiplied out."""
     old, new = relation
     if not isinstance(old, MatrixExpr):
-        return put_in(expr, old, new)
+        return put_in(expr, {old: new})
     old, new, value = (algebra.normal(e) for e in (old, new, expr))
-    if old.is_scaled_identity:  # I = A B says what A B is
+    if getattr(old, "is_scaled_identity", False):  # I = A B says what A B is
         old, new = new, old
-    patterns = [Pattern(old, new), Pattern(old.T, new.T)]
-    found = replaced(value, patterns)
-    for k in range(len(old.terms)):
-        found = found or replaced(value, [pattern.solved(k) for pattern in patterns])
+    found = exchanged(value, old, new)
     return found and as_before(found, expr)
 
 
 def folded(algebra, expr, relation):
     """An expression in which a definition is recognised, as it stands or opened."""
-    seen = put_in(expr, relation.right, relation.left)
+    seen = put_in(expr, {relation.right: relation.left})
     if not isinstance(relation.left, MatrixExpr):
         return seen
     try:
         new, old, value = (algebra.normal(e) for e in (*relation, seen))
     except TypeError:  # what is inverted needs a letter first
         return seen
-    found = replaced(value, [Pattern(old, new), Pattern(old.T, new.T)])
+    found = exchanged(value, old, new)
     return as_before(found, seen) if found else seen
+
+
+def exchanged(value, old, new):
+    """A normal form with a sum replaced, or else the longest of its products."""
+    if isinstance(old, Blocks):
+        if isinstance(new, Blocks) and not isinstance(value, Blocks):
+            return each_block(value, old, new)
+        same = isinstance(value, Blocks) and value.shape == old.shape
+        return new if same and (value - old).is_zero else None
+    patterns = [Pattern(old, new), Pattern(old.T, new.T)]
+    found = replaced(value, patterns)
+    for k in range(len(old.terms)):
+        found = found or replaced(value, [pattern.solved(k) for pattern in patterns])
+    return found
 
 
 def replaced(value, patterns):
@@ -685,38 +790,61 @@ def replaced(value, patterns):
     return found
 
 
-def solution(value, X, shown):
-    """(left, right, what is inverted): value = 0, solved for X."""
-    not_linear = ValueError(f"the line is not linear in {text(X)}: it is {text(shown)}")
-    if isinstance(X, sp.Symbol):
-        roots = sp.solve(plain(shown), X)
-        if len(roots) != 1:
-            raise not_linear
-        below = sp.fraction(sp.together(roots[0]))[1]
-        return X, roots[0], () if below.is_zero is False else (below,)
+def root(X, shown):
+    """(X, right, what is not zero): a number of which the line is zero."""
+    roots = sp.solve(plain(shown), X)
+    if len(roots) != 1:
+        raise not_linear(X, shown)
+    below = sp.fraction(sp.together(roots[0]))[1]
+    return X, roots[0], () if below.is_zero is False else (below,)
+
+
+def not_linear(X, shown):
+    return ValueError(f"the line is not linear in {text(X)}: it is {text(shown)}")
+
+
+def upright(value, X):
+    """A polynomial, or its transpose where an unknown is transposed; and whether."""
     if not isinstance(value, Polynomial):
-        raise TypeError(f"only a matrix is solved for a matrix, not {text(shown)}")
+        raise TypeError("only a matrix is solved for a matrix")
+    turned = any(x.atom == X and x.transposed for w in value.terms for x in w)
+    return (value.T if turned else value), turned
+
+
+def each_block(value, old, new):
+    """A normal form after each of the equations between the blocks of two matrices."""
+    found = None
+    for pair in zip(sum(old.entries, ()), sum(new.entries, ())):
+        found = exchanged(value if found is None else found, *pair) or found
+    return found
+
+
+def solution(value, X, shown):
+    """(left, right, front, back, c): of value = 0, solved for X.
+
+    The value, or its transpose, is c * front * (left - right) * back; these words are
+    of what is taken to be invertible.
+    """
+    value, _ = upright(value, X)
     at = {w: [i for i, x in enumerate(w) if x.atom == X] for w in value.terms}
     with_X = [w for w in at if at[w]]
     if not with_X:
         raise ValueError(f"the line has no {text(X)}: it is {text(shown)}")
     unknown = {w[i] for w in with_X for i in at[w]}
     if len(unknown) > 1 or any(len(at[w]) > 1 or w[at[w][0]].inverted for w in with_X):
-        raise not_linear
-    if unknown.pop().transposed:
-        return solution(value.T, X, shown)
+        raise not_linear(X, shown)
     first = with_X[0]
     a = squares(first[: min(common([*at]), *(at[w][0] for w in with_X))])
     b = common([w[a:][::-1] for w in at])
     b = squares(first[::-1][: min(b, *(len(w) - 1 - at[w][0] for w in with_X))])
-    taken = [*first[:a], *first[len(first) - b :]]
+    front, back = first[:a], first[len(first) - b :]
     rest = [(w[a : len(w) - b], -c) for w, c in value.terms.items() if not at[w]]
     around = [(w[a : at[w][0]], w[at[w][0] + 1 : len(w) - b]) for w in with_X]
     numbers = [value.terms[w] for w in with_X]
     heads, tails = map(list, zip(*around))
     behind = len(set(heads)) == 1  # the unknown stands before a bracket
     if not behind and len(set(tails)) > 1:
-        raise not_linear
+        raise not_linear(X, shown)
     outer, inner = (heads[0], tails) if behind else (tails[0], heads)
     across = outer if squares(outer) == len(outer) else ()
     share = numbers[0] if len(numbers) == 1 else sp.S.One
@@ -728,10 +856,10 @@ def solution(value, X, shown):
         if behind
         else (MatrixProduct(1, *bracket, X, *kept))
     )
-    back = tuple(x._replace(inverted=not x.inverted) for x in reversed(across))
-    rest = [(back + w if behind else w + back, c / share) for w, c in rest]
-    taken = dict.fromkeys(x.atom for x in (*taken, *across) if not x.inverted)
-    return left, summed(rest, *left.shape), tuple(taken)
+    inverse = tuple(x._replace(inverted=not x.inverted) for x in reversed(across))
+    rest = [(inverse + w if behind else w + inverse, c / share) for w, c in rest]
+    front, back = (front + across, back) if behind else (front, across + back)
+    return left, summed(rest, *left.shape), front, back, share
 
 
 def squares(word):

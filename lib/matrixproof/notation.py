@@ -11,7 +11,7 @@ import sympy as sp
 
 from .chains import Chain
 from .dependence import letters as inside
-from .deriving import Derived
+from .deriving import Derived, begun
 from .lines import Line
 from .names import BACK
 from .relations import Let, Moment, Relation, Steady
@@ -167,9 +167,15 @@ class Notation:
         """A chain in these letters."""
         return Chain(number, says, left, lines, self.symmetric, witness or {})
 
-    def derive(self, number: str, says: str, left: Formula) -> Derived:
-        """A derivation in these letters, whose operations find its lines."""
-        return Derived(number, says, left, (), self.symmetric)
+    def derive(
+        self, number: str, says: str, left: Any, witness: Values | None = None
+    ) -> Derived:
+        """A derivation in these letters, whose operations find its lines.
+
+        It begins with an expression; or with a relation or a chain, whose right side
+        is the first line.
+        """
+        return begun(number, says, left, self.symmetric, witness=witness or {})
 
 
 def letters(declared: str) -> tuple[Any, ...]:

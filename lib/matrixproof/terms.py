@@ -73,11 +73,11 @@ def as_before(value, expr):
     return scalar({stood.get(w, w): c for w, c in value.terms.items()})
 
 
-def put_in(expr, old, new):
+def put_in(expr, meant):
     """An expression with something replaced; the terms of a sum keep their order."""
     if isinstance(expr, sp.Add) and not isinstance(expr, sp.MatAdd):
-        return plus(*(term.xreplace({old: new}) for term in expr.args))
-    return sp.sympify(expr).xreplace({old: new})
+        return plus(*(term.xreplace(meant) for term in expr.args))
+    return sp.sympify(expr).xreplace(meant)
 
 
 def scalar(terms):
@@ -137,12 +137,17 @@ def common(words):
 def factored(value):
     """A polynomial with what is common to its terms before and behind a bracket.
 
-    Where all have nothing in common, those that begin and end alike are joined, or
-    begin, or end alike.
+    Where all have no factor in common, those that begin and end alike are joined, or
+    begin, or end alike; a number in common stands before them all.
     """
     if isinstance(value, Blocks):
         return BlockMatrix([[factored(x) for x in row] for row in value.entries])
     terms = list(value.terms.items())
+    number = sp.gcd_list([c for c in value.terms.values()]) if terms else 1
+    words = [w for w, _ in terms]
+    if number != 1 and not (common(words) or common([w[::-1] for w in words])):
+        inside = value.like((w, sp.cancel(c / number)) for w, c in terms)
+        return MatrixProduct(number, factored(inside))
     if whole := bracket(terms, value):
         return whole
     for key in (lambda w: (w[0], w[-1])), (lambda w: w[0]), (lambda w: w[-1]):

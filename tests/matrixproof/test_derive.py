@@ -28,6 +28,7 @@ from matrixproof import (
     Gradient,
     Identity,
     Line,
+    MatrixSymbol,
     Relation,
     Unproved,
     ZeroMatrix,
@@ -244,6 +245,66 @@ def test_definitions_are_recognised_where_they_stand(scalar, seed):
 
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("scalar", [False, True])
+def test_a_product_of_a_definition_is_the_letter_less_the_rest(scalar, seed):
+    rng, known = seeded(seed)
+    right = A * S * A.T + B * R * B.T
+    known[T] = evaluate(right, known)
+    line = A * S * A.T - 2 * drawn(rng, n, n, 0)
+    start = derive(Trace(line) if scalar else line)
+    found = start.fold((T, right))
+    holds(found, known)
+    assert found.right.has(T) and found.right.has(R)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_an_equation_between_blocks_is_one_for_each_block(seed):
+    rng, known = seeded(seed)
+    new = BlockMatrix([[A * T * A.T + S, A * B], [B.T * A.T, R]])
+    old = BlockMatrix([[T, X], [X.T, H * H.T]])
+    # T = A T A' + S and X = A B at these values
+    known |= {A: sp.diag(0, 0), X: sp.zeros(2, 3), H: matrix(rng, 3, 2)}
+    known |= {T: known[S], R: known[H] * known[H].T}
+    both = Relation("both", old, new)
+    found = derive(F * X + T * B).put(both)
+    known |= {F: matrix(rng, 2, 2)}
+    assert agree(found, known) and not found.right.has(X)
+    assert found.right == F * A * B + (A * T * A.T + S) * B
+    assert found.check() == []
+    back = derive(Trace(F * (T - A * T * A.T))).fold(both)
+    assert agree(back, known) and back.check() == []
+    assert back.right == Trace(F * S) or back.right == Trace(S * F)
+
+
+def test_a_number_is_factored_without_a_minus_in_front():
+    t = sp.Symbol("t")
+    found = derive(Trace(A * B * C) - t * Trace(A * B * C)).factor()
+    assert found.right == (1 - t) * Trace(A * B * C)
+    assert found.check() == []
+
+
+def test_blocks_are_recognised_as_a_whole():
+    is_Z = Relation("Z", Z, BlockMatrix([[A, F], [F, S]]))
+    shown = derive(Z * Z).put(is_Z)
+    assert derive(BlockMatrix([[A, F], [F, S]])).fold(is_Z).right == Z
+    back = shown.multiply().by(Z * Z, is_Z)
+    assert back.check() == [] and back.right == Z * Z
+    with pytest.raises(ValueError, match="the line is not Z: "):
+        shown.by(Z, is_Z)
+
+
+def test_a_derivation_begins_with_a_relation_or_a_chain():
+    is_F = Relation("F = A + S", F, A + S)
+    start = derive(is_F, symmetric=[S])
+    assert (start.left, start.right, start.relations) == (F, A + S, (is_F,))
+    again = derive(derive(F * B).put(is_F).expand())
+    assert again.left == F * B and again.right == A * B + S * B
+    assert start.check() == again.check() == []
+    blocks = derive(Relation("Z", Z, BlockMatrix([[A, F], [F, S]])))
+    assert blocks.check() == []
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("scalar", [False, True])
 def test_relations_are_used_from_left_to_right(scalar, seed):
     rng, known = seeded(seed)
     left = rng.choice([C * A, C * A.T * B * C, C * S + D * C, C * S - 2 * H])
@@ -410,6 +471,21 @@ def test_a_solution_solves_the_line_and_the_line_says_it(form, seed):
     assert A in solved.invertible or form not in INVERTED
 
 
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize("form", FORMS)
+def test_a_solution_is_a_chain_where_the_line_is_zero(form, seed):
+    rng, _ = seeded(seed)
+    parts = drawn(rng, m, m, 1), drawn(rng, n, m, 1), drawn(rng, n, n, 1)
+    line = FORMS[form](X, parts)
+    zero_letter = MatrixSymbol("E_0", *line.shape)
+    start = derive(Relation("E_0", zero_letter, line))
+    zero = Relation("E_0 = 0", zero_letter, ZeroMatrix(*line.shape))
+    chain, solved = start.solved(X, zero, "33", "the solution"), start.solve(X)
+    assert (chain.left, chain.right) == (solved.left, solved.right)
+    assert [x for x in chain.check() if "wide" not in x] == []
+    assert chain.title == "(33) the solution" and zero in chain.lines[0].by
+
+
 INVERTED = "around", "a bracket behind", "to be inverted"
 
 
@@ -521,7 +597,12 @@ REFUSED = {
     "the line has no letter T": lambda: derive(A).put((T, S)),
     "A B = B does not say what a letter is: `use` it": lambda: derive(A * B).put(twice),
     "the line has no A B: it is A S": lambda: derive(A * S).use((A * B, G)),
-    "the line has no A + S: it is A B": lambda: derive(A * B).fold((F, A + S)),
+    "the line has no S B + F B: it is A B": lambda: derive(A * B).fold(
+        (G, S * B + F * B)
+    ),
+    "X = B does not say that G = 0": lambda: derive(Relation("G", G, A * X)).solved(
+        X, (X, B)
+    ),
     "nothing changes: the line is A B already": lambda: derive(A * B).expand(),
     "the line has no blocks: it is A B": lambda: derive(A * B).multiply(),
     "the line has no x: it is A v": lambda: derive(A * v).collect(x),

@@ -10,20 +10,16 @@ from functools import cache
 
 from matrixproof import (
     BlockMatrix,
-    Expect,
-    Line,
     Page,
-    Substitute,
     ZeroMatrix,
 )
 
 from .letters import *
 
 
-def average(number, says, left, right, moments, named):
+def average(number, says, left, moments, named):
     """The expectation of a product, and the letter that it has."""
-    averaged = Expect(right, moments=moments)
-    return chain(number, says, left, averaged, Line(named.left, by=(named,)))
+    return page(derive(number, says, left).expect(*moments).fold(named))
 
 
 page = Page(letters=letters, source=SOURCE)
@@ -53,21 +49,13 @@ is_At1 = page(
         "section 2",
     )
 )
-together = page.chain(
-    "4.1",
-    "plant and estimator as one system",
-    xt_next,
-    Substitute(BlockMatrix([[x_next], [Ae * xe + Be * y]]), (is_xt_next, is_xe_next)),
-    Substitute(
-        BlockMatrix(
-            [[A * x + A1 * x_nu + w1], [Ae * xe + Be * (C * x + C1 * x_nu + w2)]]
-        ),
-        (is_x_next, is_y, is_x_nu),
-    ),
-    Substitute(
+together = page(
+    derive("4.1", "plant and estimator as one system", is_xt_next)
+    .put(is_xe_next, is_y, is_x_next)
+    .by(
         At * xt + At1 * xt_nu + wt,
-        by=(is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
-    ),
+        *(is_x_nu, is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
+    )
 )
 
 page("""The noise of the parameters is independent of the state that it multiplies, and
@@ -79,18 +67,10 @@ apart = page(moment(xt * xt_nu.T, ZeroMatrix(both, both)))
 white = page(moment(xt * wt.T, ZeroMatrix(both, both)))
 white_nu = page(moment(xt_nu * wt.T, ZeroMatrix(both, both)))
 is_wwt = page(moment(wt * wt.T, Wt, "section 2"))
-page.chain(
-    "4.3",
-    "the second moment one step on",
-    xt_next * xt_next.T,
-    Line(
-        (At * xt + At1 * xt_nu + wt) * (At * xt + At1 * xt_nu + wt).T,
-        by=(together,),
-    ),
-    Expect(
-        At * Qt * At.T + At1 * Qt * At1.T + Wt,
-        moments=(is_Q, is_Q_nu, apart, white, white_nu, is_wwt),
-    ),
+page(
+    derive("4.3", "the second moment one step on", xt_next * xt_next.T)
+    .put(together)
+    .expect(is_Q, is_Q_nu, apart, white, white_nu, is_wwt)
 )
 
 page("""In the steady state the moment is the same one step on. It exists if both
@@ -110,25 +90,23 @@ is_Wt = page(
         "section 2",
     )
 )
-page.chain(
-    "section 2",
-    "the covariance of the additive noise",
-    wt * wt.T,
-    Line(Bt * w * w.T * Bt.T, by=(is_wt,)),
-    Expect(Bt * W * Bt.T, moments=(is_ww,)),
-    Substitute(Wt, by=(is_Wt, is_Bt, is_W)),
+page(
+    derive("section 2", "the covariance of the additive noise", wt * wt.T)
+    .use(is_wt)
+    .expect(is_ww)
+    .by(Wt, is_Wt, is_Bt, is_W)
 )
 is_F = page(let(F1, BlockMatrix([[A1], [Be * C1]])))
 is_Vt = page(let(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])))
 is_V1 = page(let(V1, W1 + A1 * Q1 * A1.T))
 is_V12 = page(let(V12, W12 + A1 * Q1 * C1.T))
 is_V2 = page(let(V2, W2 + C1 * Q1 * C1.T))
-noise = page.chain(
-    "4.4",
-    "the noise of the parameters is additive noise",
-    At1 * Qt * At1.T + Wt,
-    Substitute(F1 * Q1 * F1.T + Wt, by=(is_At1, is_Qt, is_F, is_Wt)),
-    Substitute(Vt, by=(is_F, is_Wt, is_Vt, is_V1, is_V12, is_V2)),
+noise = page(
+    derive(
+        "4.4", "the noise of the parameters is additive noise", At1 * Qt * At1.T + Wt
+    )
+    .by(F1 * Q1 * F1.T + Wt, is_At1, is_Qt, is_F, is_Wt)
+    .by(Vt, is_F, is_Wt, is_Vt, is_V1, is_V12, is_V2)
 )
 
 page("""One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
@@ -137,36 +115,12 @@ is_X = page(moment(x_nu * x_nu.T, X))
 is_dV1 = page(let(dV1, A1 * X * A1.T))
 is_dV12 = page(let(dV12, A1 * X * C1.T))
 is_dV2 = page(let(dV2, C1 * X * C1.T))
-adds_1 = page(
-    average(
-        "4.4",
-        "a pair adds noise to the state",
-        (A1 * x_nu) * (A1 * x_nu).T,
-        A1 * X * A1.T,
-        (is_X,),
-        is_dV1,
-    )
-)
-adds_12 = page(
-    average(
-        "4.4",
-        "and noise that state and measurement have in common",
-        (A1 * x_nu) * (C1 * x_nu).T,
-        A1 * X * C1.T,
-        (is_X,),
-        is_dV12,
-    )
-)
-adds_2 = page(
-    average(
-        "4.4",
-        "and noise to the measurement",
-        (C1 * x_nu) * (C1 * x_nu).T,
-        C1 * X * C1.T,
-        (is_X,),
-        is_dV2,
-    )
-)
+says = "a pair adds noise to the state"
+adds_1 = average("4.4", says, A1 * x_nu * (A1 * x_nu).T, [is_X], is_dV1)
+says = "and noise that state and measurement have in common"
+adds_12 = average("4.4", says, A1 * x_nu * (C1 * x_nu).T, [is_X], is_dV12)
+says = "and noise to the measurement"
+adds_2 = average("4.4", says, C1 * x_nu * (C1 * x_nu).T, [is_X], is_dV2)
 
 page("""With all noise in `u` and `v`, the measurement has these second moments. No
     estimator changes them.""")
@@ -178,50 +132,21 @@ past = page(moment(u * x.T, ZeroMatrix(n, n)))
 is_Qxy = page(let(Qxy, Q1 * C.T))
 is_Qxy_next = page(let(Qxy_next, A * Q1 * C.T + V12))
 is_Qyy = page(let(Qyy, C * Q1 * C.T + V2))
-with_now = page(
-    average(
-        "3.2",
-        "state and measurement",
-        x * (C * x + v).T,
-        Q1 * C.T,
-        (is_xx, fresh),
-        is_Qxy,
-    )
-)
-with_next = page(
-    average(
-        "3.2",
-        "next state and measurement",
-        (A * x + u) * (C * x + v).T,
-        A * Q1 * C.T + V12,
-        (is_xx, is_uv, fresh, past),
-        is_Qxy_next,
-    )
-)
-with_itself = page(
-    average(
-        "3.2",
-        "the measurement with itself",
-        (C * x + v) * (C * x + v).T,
-        C * Q1 * C.T + V2,
-        (is_xx, is_vv, fresh),
-        is_Qyy,
-    )
-)
+seen = C * x + v
+says = "state and measurement"
+with_now = average("3.2", says, x * seen.T, [is_xx, fresh], is_Qxy)
+says = "next state and measurement"
+moving = [is_xx, is_uv, fresh, past]
+with_next = average("3.2", says, (A * x + u) * seen.T, moving, is_Qxy_next)
+says = "the measurement with itself"
+with_itself = average("3.2", says, seen * seen.T, [is_xx, is_vv, fresh], is_Qyy)
 
 page("The state has a second moment of its own, whatever the estimator.")
 is_uu = page(moment(u * u.T, V1))
 is_Q1_next = page(let(Q1_next, A * Q1 * A.T + V1, "4.3"))
-moves = page(
-    average(
-        "4.3",
-        "the state one step on",
-        (A * x + u) * (A * x + u).T,
-        A * Q1 * A.T + V1,
-        (is_xx, is_uu, past),
-        is_Q1_next,
-    )
-)
+says = "the state one step on"
+moving = [is_xx, is_uu, past]
+moves = average("4.3", says, (A * x + u) * (A * x + u).T, moving, is_Q1_next)
 
 page("So (4.4) has three blocks, the first of them the plant's own.")
 is_N12 = page(let(N12, Qxy_next * Be.T))
@@ -237,31 +162,20 @@ is_Qt_next = page(
         ),
     )
 )
-step = page.chain(
-    "4.3",
-    "one step of the moment by blocks",
-    At * Qt * At.T + Vt,
-    Substitute(
-        Qt_next,
-        (is_Qt_next, is_At, is_Qt, is_Vt, is_Qxy_next, is_Qyy, is_N12, is_N2),
-    ),
+step = page(
+    derive("4.3", "one step of the moment by blocks", At * Qt * At.T + Vt).by(
+        Qt_next, is_Qt_next, is_At, is_Qt, is_Vt, is_Qxy_next, is_Qyy, is_N12, is_N2
+    )
 )
-moments = page.chain(
-    "4.6",
-    "the moment equation by blocks",
-    BlockMatrix([[Q1, Q12], [Q12.T, Q2]]),
-    Substitute(Qt, by=(is_Qt,)),
-    Line(At * Qt * At.T + At1 * Qt * At1.T + Wt, by=(is_steady,)),
-    Line(At * Qt * At.T + Vt, by=(noise,)),
-    Line(Qt_next, by=(step,)),
-    Substitute(is_Qt_next.right, by=(is_Qt_next,)),
+moments = page(
+    derive("4.6", "the moment equation by blocks", is_Qt.right)
+    .fold(is_Qt)
+    .put(is_steady)
+    .use(noise)
+    .use(step)
+    .put(is_Qt_next)
 )
-own = page.chain(
-    "4.4",
-    "the moment of the plant is its own",
-    Q1,
-    Line(A * Q1 * A.T + V1, by=(moments,)),
-)
+own = page(derive("4.4", "the moment of the plant is its own", Q1).put(moments))
 
 
 @cache

@@ -11,14 +11,14 @@ from functools import cache
 
 from sympy import Rational, symbols
 
-from matrixproof import Derivation, Line, Page, Stage, Substitute, ZeroMatrix
+from matrixproof import Derivation, Page, Stage, ZeroMatrix
 
 from . import cost
 from .letters import SOURCE, n
 from .letters import letters as paper
 
 letters = paper.here()
-let, steady = letters.let, letters.steady
+derive, let, steady = letters.derive, letters.let, letters.steady
 
 
 def square(name, meaning):
@@ -78,45 +78,29 @@ is_B_p = page(
         + theta**4 * A_1 * X_2 * A_1.T,
     )
 )
-missed = page.chain(
-    "constant",
-    "the sum one step on",
-    A_theta * X_p * A_theta.T + W,
-    Substitute(
-        (A + theta * A_1) * (X_0 + theta * X_1 + theta**2 * X_2) * (A + theta * A_1).T
-        + W,
-        by=(is_A_theta, is_X_p),
-    ),
-    Line(
-        A * X_0 * A.T
-        + W
-        + theta * (A * X_1 * A.T + B_1)
-        + theta**2 * (A * X_2 * A.T + B_2)
-        + B_p,
-        by=(is_B_1, is_B_w, is_B_2, is_B_p),
-    ),
-    Line(X_0 + theta * X_1 + theta**2 * X_2 + B_p, by=(is_X_0, is_X_1, is_X_2)),
-    Line(X_p + B_p, by=(is_X_p,)),
+missed = page(
+    derive("constant", "the sum one step on", A_theta * X_p * A_theta.T + W)
+    .put(is_A_theta, is_X_p)
+    .fold(is_B_1, is_B_w, is_B_2, is_B_p)
+    .fold(is_X_0, is_X_1, is_X_2)
+    .fold(is_X_p)
 )
 
 page("So the true moment differs by what this remainder drives, for any `theta`.")
-page.chain(
-    "constant",
-    "what the sum is off by",
-    A_theta * (X - X_p) * A_theta.T + B_p,
-    Line(X - W - A_theta * X_p * A_theta.T + B_p, by=(is_X,)),
-    Line(X - X_p, by=(missed,)),
+page(
+    derive("constant", "what the sum is off by", A_theta * (X - X_p) * A_theta.T + B_p)
+    .fold(is_X)
+    .use(missed)
 )
 
 page("""A parameter of mean zero may as well have the other sign. In the mean over both,
     what is of first order cancels, and the square is left.""")
 is_up = page(let(X_up, X_0 + s * X_1 + s**2 * X_2))
 is_down = page(let(X_down, X_0 - s * X_1 + s**2 * X_2))
-page.chain(
-    "constant",
-    "the mean over both signs",
-    half * (X_up + X_down),
-    Line(X_0 + s**2 * X_2, by=(is_up, is_down)),
+page(
+    derive("constant", "the mean over both signs", half * (X_up + X_down)).use(
+        is_up, is_down
+    )
 )
 
 
@@ -125,38 +109,25 @@ page("""White noise of variance `s^2` in place of the parameter adds its covaria
 is_X_w = page(steady(X_w, A * X_w * A.T + B_w))
 is_X_v = page(let(X_v, X_0 + s**2 * X_w))
 is_B_v = page(let(B_v, s**4 * A_1 * X_w * A_1.T))
-page.chain(
-    "white",
-    "the sum one step on, where white noise takes the place of the constant",
-    A * X_v * A.T + s**2 * A_1 * X_v * A_1.T + W,
-    Line(
-        A * X_0 * A.T
-        + W
-        + s**2 * (A * X_w * A.T + A_1 * X_0 * A_1.T)
-        + s**4 * A_1 * X_w * A_1.T,
-        by=(is_X_v,),
-    ),
-    Line(
-        X_0 + s**2 * (A * X_w * A.T + B_w) + B_v,
-        by=(is_X_0, is_B_w, is_B_v),
-    ),
-    Line(X_0 + s**2 * X_w + B_v, by=(is_X_w,)),
-    Line(X_v + B_v, by=(is_X_v,)),
+page(
+    derive(
+        "white",
+        "the sum one step on, where white noise takes the place of the constant",
+        A * X_v * A.T + s**2 * A_1 * X_v * A_1.T + W,
+    )
+    .put(is_X_v)
+    .fold(is_X_0, is_B_w, is_B_v)
+    .fold(is_X_w)
+    .fold(is_X_v)
 )
 
 page("A constant does more: what it did to the state before, it meets again.")
 is_Y = page(let(Y, X_2 - X_w))
-page.chain(
-    "constant",
-    "what a constant does beyond white noise",
-    Y,
-    Line(X_2 - X_w, by=(is_Y,)),
-    Line(A * X_2 * A.T + B_2 - A * X_w * A.T - B_w, by=(is_X_2, is_X_w)),
-    Line(
-        A * X_2 * A.T - A * X_w * A.T + A_1 * X_1 * A.T + A * X_1 * A_1.T,
-        by=(is_B_2,),
-    ),
-    Line(A * Y * A.T + A_1 * X_1 * A.T + A * X_1 * A_1.T, by=(is_Y,)),
+page(
+    derive("constant", "what a constant does beyond white noise", is_Y)
+    .put(is_X_2, is_X_w)
+    .use(is_B_2)
+    .fold(is_Y)
 )
 
 

@@ -8,7 +8,7 @@ Weaker readings will not do (`counterexamples`).
 Source: our own; Haddad and Bernstein (1987), theorem 3.1 and section 4.
 """
 
-from matrixproof import Line, Page
+from matrixproof import Page
 
 from .equations import second, third
 from .letters import *
@@ -17,8 +17,6 @@ from .projection import (
     inner_dual_step,
     inner_step,
     is_Pe,
-    is_Ph,
-    is_Qh,
     mixed_dual_step,
     mixed_step,
     one,
@@ -27,10 +25,9 @@ from .projection import (
 from .stationarity import is_P12, is_Q1, is_Q12, is_Qe, is_tau
 
 
-def stays(which, step, *lines):
-    """A block that one step leaves as it is."""
-    taken = Line(step.right, by=(step,))
-    return chain(step.number, f"{which} stays as it is", step.left, taken, *lines)
+def stays(which, step):
+    """A block that one step leaves as it is, to begin with."""
+    return derive(step.number, f"{which} stays as it is", step)
 
 
 page = Page(letters=letters, source="our own")
@@ -43,90 +40,58 @@ solves_Q = page(
 )
 solves_Qh = page(steady(Qh, second.right, "3.15"))
 solves_Ph = page(steady(Ph, third.right, "3.16"))
-around = page.chain(
-    "3.17",
-    "the first hat between its projections",
-    tau * Qh * tau.T,
-    Line(G.T * Gam * Qh * Gam.T * G, by=(is_tau,)),
-    Line(G.T * Q2 * G, by=(is_Q2,)),
-    Line(Q_e, by=(is_Qe,)),
+around = page(
+    derive("3.17", "the first hat between its projections", tau * Qh * tau.T)
+    .use(is_tau)
+    .fold(is_Q2)
+    .fold(is_Qe)
 )
-around_dual = page.chain(
-    "3.17",
-    "the second hat between its projections",
-    tau.T * Ph * tau,
-    Line(Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
-    Line(Gam.T * P2 * Gam, by=(is_P2,)),
-    Line(P_e, by=(is_Pe,)),
+around_dual = page(
+    derive("3.17", "the second hat between its projections", tau.T * Ph * tau)
+    .use(is_tau)
+    .fold(is_P2)
+    .fold(is_Pe)
 )
-page.chain(
-    "3.15",
-    "the first hat is what section 4 defines",
-    Qh,
-    Line(second.right, by=(solves_Qh,)),
-    Line(is_Qh.right, by=(around,)),
-)
-page.chain(
-    "3.16",
-    "the second hat is what section 4 defines",
-    Ph,
-    Line(third.right, by=(solves_Ph,)),
-    Line(is_Ph.right, by=(around_dual,)),
+page(derive("3.15", "the first hat is what section 4 defines", solves_Qh).use(around))
+page(
+    derive("3.16", "the second hat is what section 4 defines", solves_Ph).use(
+        around_dual
+    )
 )
 
 page("""So one step of the moments is what it was in the section on the projection. The
     alignments make it a step that changes nothing.""")
-out_Q = page.chain(
-    "3.17",
-    "a factor passes through the first hat",
-    Qh * Gam.T,
-    Line(Qh * tau.T * Gam.T, by=(is_tau, one)),
-    Line(tau * Qh * Gam.T, by=(aligned_basis_Q,)),
-    Line(G.T * Q2, by=(is_tau, is_Q2)),
+out_Q = page(
+    derive("3.17", "a factor passes through the first hat", Qh * Gam.T)
+    .insert(Qh * tau.T * Gam.T, is_tau, one)
+    .use(aligned_basis_Q)
+    .put(is_tau)
+    .fold(is_Q2)
 )
-out_P = page.chain(
-    "3.17",
-    "a factor passes through the second hat",
-    Ph * G.T,
-    Line(Ph * tau * G.T, by=(is_tau, one)),
-    Line(tau.T * Ph * G.T, by=(aligned_basis_P,)),
-    Line(Gam.T * P2, by=(is_tau, is_P2)),
+out_P = page(
+    derive("3.17", "a factor passes through the second hat", Ph * G.T)
+    .insert(Ph * tau * G.T, is_tau, one)
+    .fold(aligned_basis_P)
+    .put(is_tau)
+    .fold(is_P2)
+)
+page(stays("the mixed moment", mixed_step).use(out_Q).fold(is_Q12))
+page(stays("the moment of the estimator", inner_step).fold(is_Q2))
+page(stays("the mixed dual", mixed_dual_step).use(out_P).fold(is_P12))
+page(stays("the dual of the estimator", inner_dual_step).fold(is_P2))
+moving = page(
+    derive("3.17", "the projection on the first hat, once more", tau * Qh)
+    .insert(tau * tau * Qh, twice)
+    .by(tau * Qh * tau.T, aligned_basis_Q)
+    .use(around)
 )
 page(
-    stays(
-        "the mixed moment",
-        mixed_step,
-        Line(G.T * Q2, by=(out_Q,)),
-        Line(Q12, by=(is_Q12,)),
-    )
-)
-page(stays("the moment of the estimator", inner_step, Line(Q2, by=(is_Q2,))))
-page(
-    stays(
-        "the mixed dual",
-        mixed_dual_step,
-        Line(-Gam.T * P2, by=(out_P,)),
-        Line(P12, by=(is_P12,)),
-    )
-)
-page(stays("the dual of the estimator", inner_dual_step, Line(P2, by=(is_P2,))))
-moving = page.chain(
-    "3.17",
-    "the projection on the first hat, once more",
-    tau * Qh,
-    Line(tau * tau * Qh, by=(twice,)),
-    Line(tau * Qh * tau.T, by=(aligned_basis_Q,)),
-    Line(Q_e, by=(around,)),
-)
-page.chain(
-    "4.12",
-    "the moment of the state stays as it is",
-    Q1,
-    Line(Q + Q_e, by=(is_Q1,)),
-    Line(solves_Q.right + Q_e, by=(solves_Q,)),
-    Line(A * Q * A.T + V1 - Kq * Qs.T + Qh, by=(moving, around)),
-    Line(A * (Q + Q_e) * A.T + V1, by=(solves_Qh, around)),
-    Line(A * Q1 * A.T + V1, by=(is_Q1,)),
+    derive("4.12", "the moment of the state stays as it is", is_Q1)
+    .put(solves_Q)
+    .use(around, moving)
+    .put(solves_Qh)
+    .use(around)
+    .fold(is_Q1)
 )
 
 page("""In these letters the gradients vanish at the gains (3.10) to (3.13), as the

@@ -11,13 +11,9 @@ from functools import cache
 from sympy import Trace, diag
 
 from matrixproof import (
-    AtLeast,
     BlockMatrix,
-    Cyclic,
-    Line,
     Page,
     Stage,
-    Substitute,
     ZeroMatrix,
 )
 
@@ -64,105 +60,74 @@ page(is_Qs, is_V2s, is_K, is_Aq, is_Lq)
 
 page("""Put into the definitions of the hats, this gives the second and the third
     equation.""")
-second = page.chain(
-    "3.15",
-    "the equation of the first hat",
-    Qh,
-    Line(A * Q_e * A.T + Kq * Qs.T, by=(is_Qh,)),
-    Line(A * tau * Qh * tau.T * A.T + Kq * Qs.T, by=(hidden,)),
-)
-third = page.chain(
-    "3.16",
-    "the equation of the second hat",
-    Ph,
-    Line(Aq.T * P_e * Aq + Lq.T * R * Lq, by=(is_Ph,)),
-    Line(Aq.T * tau.T * Ph * tau * Aq + Lq.T * R * Lq, by=(hidden_dual,)),
-)
+second = page(derive("3.15", "the equation of the first hat", is_Qh).fold(hidden))
+third = page(derive("3.16", "the equation of the second hat", is_Ph).fold(hidden_dual))
 
 page("The first block of the moment equation is left. It gives the Riccati equation.")
-outer = page.chain(
-    "4.12",
-    "the moment of the state",
-    Q + Q_e,
-    Line(Q1, by=(is_Q1,)),
-    Line(A * Q1 * A.T + V1, by=(own,)),
-    Line(A * (Q + Q_e) * A.T + V1, by=(is_Q1,)),
+outer = page(
+    derive("4.12", "the moment of the state", Q + Q_e).fold(is_Q1).put(own).put(is_Q1)
 )
 is_perp = page(let(tau_perp, I - tau, "section 2"))
-left = page.chain(
-    "3.14",
-    "what the projection leaves of the first hat",
-    tau_perp * Qh * tau_perp.T,
-    Line((I - tau) * Qh * (I - tau).T, by=(is_perp,)),
-    Line(Qh - tau * Qh - Qh * tau.T + tau * Qh * tau.T, why="multiply out"),
-    Line(Qh - 2 * Q_e + tau * Qh * tau.T, by=(seen,)),
-    Line(Qh - Q_e, by=(hidden,)),
+left = page(
+    derive(
+        "3.14",
+        "what the projection leaves of the first hat",
+        tau_perp * Qh * tau_perp.T,
+    )
+    .put(is_perp)
+    .expand()
+    .use(hidden)
+    .use(seen)
 )
-riccati_equation = page.chain(
-    "3.14",
-    "the Riccati equation",
-    Q,
-    Line(A * Q * A.T + A * Q_e * A.T + V1 - Q_e, by=(outer,)),
-    Line(A * Q * A.T + V1 - Kq * Qs.T + Qh - Q_e, by=(is_Qh,)),
-    Line(A * Q * A.T + V1 - Kq * Qs.T + tau_perp * Qh * tau_perp.T, by=(left,)),
+riccati_equation = page(
+    derive("3.14", "the Riccati equation", Q)
+    .fold(is_Q1)
+    .put(own)
+    .put(is_Q1)
+    .expand()
+    .fold(is_Qh)
+    .fold(left)
 )
 
 page("""The noise of the parameters is in `V_1`, `V_12` and `V_2`. Written out, the
     terms are those of the paper, with `Q + tau Qh tau'` for the moment of the
     state.""")
 page(is_V1, is_V12, is_V2)
-written_V1 = page.chain(
-    "3.14",
-    "the noise that moves the state, written out",
-    V1,
-    Line(W1 + A1 * Q1 * A1.T, by=(is_V1,)),
-    Line(W1 + A1 * (Q + tau * Qh * tau.T) * A1.T, by=(is_Q1, hidden)),
+written_V1 = page(
+    derive("3.14", "the noise that moves the state, written out", is_V1)
+    .put(is_Q1)
+    .fold(hidden)
 )
-written_Qs = page.chain(
-    "section 2",
-    "next state and innovation, written out",
-    Qs,
-    Line(A * Q * C.T + V12, by=(is_Qs,)),
-    Line(A * Q * C.T + W12 + A1 * Q1 * C1.T, by=(is_V12,)),
-    Line(A * Q * C.T + W12 + A1 * (Q + tau * Qh * tau.T) * C1.T, by=(is_Q1, hidden)),
+written_Qs = page(
+    derive("section 2", "next state and innovation, written out", is_Qs)
+    .put(is_V12)
+    .put(is_Q1)
+    .fold(hidden)
 )
-written_V2s = page.chain(
-    "section 2",
-    "the innovation, written out",
-    V2s,
-    Line(C * Q * C.T + V2, by=(is_V2s,)),
-    Line(C * Q * C.T + W2 + C1 * Q1 * C1.T, by=(is_V2,)),
-    Line(C * Q * C.T + W2 + first, by=(is_Q1, hidden)),
+written_V2s = page(
+    derive("section 2", "the innovation, written out", is_V2s)
+    .put(is_V2)
+    .put(is_Q1)
+    .fold(hidden)
 )
 
 page("Of the cost, what the estimator tracks cancels, and a regression is left.")
 page(is_S, is_Qxy, is_De)
-regression = page.chain(
-    "3.18",
-    "the covariance of the error with any static gain",
-    Sigma,
-    Line(shown.right, by=(shown,)),
-    Line(
+regression = page(
+    derive("3.18", "the covariance of the error with any static gain", shown).by(
         L * Q * L.T - L * Q * C.T * De.T - De * C * Q * L.T + De * V2s * De.T,
-        by=(is_S, is_Q1, is_Q12, is_Qe, is_Ce, is_Qxy, split),
-    ),
+        is_S,
+        is_Q1,
+        is_Q12,
+        is_Qe,
+        is_Ce,
+        is_Qxy,
+        split,
+    )
 )
-best = page.chain(
-    "3.18",
-    "the covariance of the least error",
-    Sigma,
-    Line(regression.right, by=(regression,)),
-    Line(L * Q * L.T - De * V2s * De.T, by=(is_De,)),
-)
+best = page(derive("3.18", "the covariance of the least error", regression).fold(is_De))
 is_J = page(let(J, (L * Q * L.T - De * V2s * De.T) * R, "3.18"))
-least = page.chain(
-    "3.18",
-    "the least cost",
-    Trace(R * Sigma),
-    Line(Trace(R * (L * Q * L.T - De * V2s * De.T)), by=(best,)),
-    Cyclic(Trace((L * Q * L.T - De * V2s * De.T) * R)),
-    Line(Trace(J), by=(is_J,)),
-)
+least = page(derive("3.18", "the least cost", Trace(R * Sigma)).put(best).fold(is_J))
 
 page("""No matrix of the theorem is negative. `Q` is the covariance of `x - xhat`, and
     the hats are sums of squares.""")
@@ -173,30 +138,25 @@ is_root_V = page(suppose(V2s, root_V * root_V.T))
 is_root_Q2 = page(suppose(Q2, root_Q2 * root_Q2.T))
 is_root_P2 = page(suppose(P2, root_P2 * root_P2.T))
 is_root_R = page(suppose(R, root_R * root_R.T))
-not_negative_Q = page.chain(
-    "theorem 3.1",
-    "the solution is a covariance",
-    Q,
-    Line(Q1 - Q12 * G - G.T * Q12.T + G.T * Q2 * G, by=(is_Q1, is_Qe, is_Q12)),
-    Substitute(T_e * Qt * T_e.T, by=(is_Te, is_Qt)),
-    AtLeast(ZeroMatrix(n, n), by=(is_root,), root=T_e * root_Qt),
+not_negative_Q = page(
+    derive("theorem 3.1", "the solution is a covariance", Q)
+    .fold(is_Q1)
+    .by(T_e * Qt * T_e.T, is_Te, is_Qt, is_Qe, is_Q12)
+    .drop(is_root)
 )
-not_negative_Qh = page.chain(
-    "theorem 3.1",
-    "the first hat is not negative",
-    Qh,
-    Line(A * G.T * Q2 * G * A.T + Kq * Qs.T, by=(is_Qh, is_Qe)),
-    Line(A * G.T * Q2 * G * A.T + Kq * V2s * Kq.T, by=(is_K,)),
-    AtLeast(A * G.T * Q2 * G * A.T, by=(is_root_V,), root=Kq * root_V),
-    AtLeast(ZeroMatrix(n, n), by=(is_root_Q2,), root=A * G.T * root_Q2),
+not_negative_Qh = page(
+    derive("theorem 3.1", "the first hat is not negative", is_Qh)
+    .put(is_Qe)
+    .fold(is_K)
+    .expand()
+    .drop(is_root_V)
+    .drop(is_root_Q2)
 )
-not_negative_Ph = page.chain(
-    "theorem 3.1",
-    "the second hat is not negative",
-    Ph,
-    Line(Aq.T * Gam.T * P2 * Gam * Aq + Lq.T * R * Lq, by=(is_Ph, is_Pe)),
-    AtLeast(Aq.T * Gam.T * P2 * Gam * Aq, by=(is_root_R,), root=Lq.T * root_R),
-    AtLeast(ZeroMatrix(n, n), by=(is_root_P2,), root=Aq.T * Gam.T * root_P2),
+not_negative_Ph = page(
+    derive("theorem 3.1", "the second hat is not negative", Ph)
+    .put(is_Ph, is_Pe)
+    .drop(is_root_R)
+    .drop(is_root_P2)
 )
 
 page("The kernels have the residuals of all of these.")
@@ -216,13 +176,7 @@ is_aligned_Q = page(let(aligned_Q, tau * Qh - Qh * tau.T, "3.17"))
 is_aligned_P = page(let(aligned_P, Ph * tau - tau.T * Ph, "3.17"))
 
 RESIDUALS = tuple(
-    chain(
-        number,
-        f"the residual of {of} vanishes",
-        residual.left,
-        Line(residual.right, by=(residual,)),
-        Line(ZeroMatrix(n, n), by=(by,)),
-    )
+    derive(number, f"the residual of {of} vanishes", residual).by(ZeroMatrix(n, n), by)
     for number, of, residual, by in (
         ("3.14", "the Riccati equation", is_riccati, riccati_equation),
         ("3.15", "the second equation", is_estimate, second),

@@ -10,14 +10,7 @@ from functools import cache
 
 from sympy import Trace
 
-from matrixproof import (
-    Gradient,
-    Identity,
-    Line,
-    Page,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import Identity, Page, Stage
 
 from .augmented import is_N2, is_N12, is_Qt_next, own, step
 from .cost import is_Pt, is_S, shown
@@ -29,42 +22,25 @@ lagrangian = (
     + Trace(Pt * (At * Qt * At.T + At1 * Qt * At1.T + Wt - Qt))
 )
 
-
-def slope(number, says, of, gradient, gain):
-    """The gradient of a trace, worked out by blocks, in one gain."""
-    line = Gradient(gradient.left, of=gain, by=(gradient,))
-    return chain(number, says, of.left, Line(of.right, by=(of,)), line)
-
-
 page = Page(letters=letters, source=SOURCE)
 
 page("""To minimise the cost with (4.4) as a constraint, add the constraint times a
     multiplier. The gradients in the multiplier and in the moment are the two equations
     again.""")
-page.chain(
-    "4.6",
-    "the gradient in the multiplier is the moment equation",
-    lagrangian,
-    Gradient(At * Qt * At.T + At1 * Qt * At1.T + Wt - Qt, of=Pt),
-)
-page.chain(
-    "4.7",
-    "the gradient in the moment is the dual equation",
-    lagrangian,
-    Gradient(At.T * Pt * At + At1.T * Pt * At1 + Rt - Pt, of=Qt, held=(At, At1, Wt)),
-)
+says = "the gradient in the multiplier is the moment equation"
+page(derive("4.6", says, lagrangian).gradient(Pt))
+says = "the gradient in the moment is the dual equation"
+page(derive("4.7", says, lagrangian).gradient(Qt, held=(At, At1, Wt)))
 
 page("""Might the multiplier of the cost be zero instead? Then the dual equation has no
     weight, `p = Phi_p p` for the entries `p` of `P_tilde`. Where both systems are
     stable in mean square, `I - Phi_p` has an inverse, and no multiplier is left.""")
 unweighted = page(suppose(Phi_p * p_tilde, p_tilde))
 solvable = page(suppose(N_p * (Identity(both**2) - Phi_p), Identity(both**2)))
-page.chain(
-    "after 4.5",
-    "the multiplier of the cost is not zero",
-    p_tilde,
-    Line(N_p * (Identity(both**2) - Phi_p) * p_tilde, by=(solvable,)),
-    Line(ZeroMatrix(both**2, 1), by=(unweighted,)),
+page(
+    derive("after 4.5", "the multiplier of the cost is not zero", p_tilde)
+    .insert(N_p * (Identity(both**2) - Phi_p) * p_tilde, solvable)
+    .use(unweighted)
 )
 page(is_Pt, is_Qt_next, is_N12, is_N2)
 
@@ -72,74 +48,62 @@ page("""What is left are the gradients in the four matrices of the estimator. Th
     two stand in the constraint alone, the others in the cost alone. The paper states
     half of each. The noise of the parameters is in `V_1`, `V_12` and `V_2`, which no
     matrix of the estimator changes.""")
-constraint = page.chain(
-    "4.6",
-    "the constraint by blocks",
-    Trace(Pt * (At * Qt * At.T + Vt)),
-    Line(Trace(Pt * Qt_next), by=(step,)),
-    Substitute(
-        Trace(P1 * (A * Q1 * A.T + V1))
-        + 2 * Trace(P12.T * (A * Q12 * Ae.T + N12))
-        + Trace(P2 * (Ae * Q2 * Ae.T + N2)),
-        by=(is_Pt, is_Qt_next),
-    ),
-    Line(
-        Trace(P1 * Q1)
-        + 2 * Trace(P12.T * (A * Q12 * Ae.T + N12))
-        + Trace(P2 * (Ae * Q2 * Ae.T + N2)),
-        by=(own,),
-    ),
-    Line(
+constraint = page(
+    derive("4.6", "the constraint by blocks", Trace(Pt * (At * Qt * At.T + Vt)))
+    .use(step)
+    .multiply(is_Pt, is_Qt_next)
+    .fold(own)
+    .by(
         Trace(P1 * Q1)
         + 2 * Trace(P12.T * (A * Q12 * Ae.T + Qxy_next * Be.T))
         + Trace(P2 * (Ae * Q2 * Ae.T + 2 * Be * C * Q12 * Ae.T + Be * Qyy * Be.T)),
-        by=(is_N12, is_N2),
-    ),
-)
-page(is_S)
-output = page.chain(
-    "3.5",
-    "the cost by blocks",
-    Trace(R * Sigma),
-    Line(
-        Trace(R * (L * Q1 * L.T + Ce * Q2 * Ce.T + De * Qyy * De.T - 2 * S_e)),
-        by=(shown,),
-    ),
-    Line(
-        Trace(R * (L * Q1 * L.T + Ce * Q2 * Ce.T + De * Qyy * De.T))
-        - 2 * Trace(R * ((L * Q12 - De * C * Q12) * Ce.T + L * Qxy * De.T)),
-        by=(is_S,),
-    ),
-)
-is_gradAe = page(
-    let(gradAe, 2 * (P12.T * A * Q12 + P2 * (Be * C * Q12 + Ae * Q2)), "4.8")
-)
-is_gradBe = page(
-    let(gradBe, 2 * (P12.T * Qxy_next + P2 * (Be * Qyy + Ae * Q12.T * C.T)), "4.9")
-)
-is_gradCe = page(let(gradCe, 2 * (R * (Ce * Q2 + De * C * Q12 - L * Q12)), "4.10"))
-is_gradDe = page(let(gradDe, 2 * (R * (De * Qyy + Ce * Q12.T * C.T - L * Qxy)), "4.11"))
-slope_Ae = page(
-    slope(
-        "4.8", "the gradient in the estimator's own matrix", constraint, is_gradAe, Ae
+        *(is_N12, is_N2),
     )
 )
-slope_Be = page(
-    slope("4.9", "the gradient in its input matrix", constraint, is_gradBe, Be)
+page(is_S)
+output = page(
+    derive("3.5", "the cost by blocks", Trace(R * Sigma))
+    .put(shown)
+    .expand()
+    .cyclic(R)
+    .put(is_S)
 )
-slope_Ce = page(
-    slope("4.10", "the gradient in its output matrix", output, is_gradCe, Ce)
-)
-slope_De = page(slope("4.11", "the gradient in its static gain", output, is_gradDe, De))
 
+
+def slope(number, says, of, gain):
+    """The gradient of a trace in one gain, as the machine finds it."""
+    return page(derive(number, says, of).gradient(gain))
+
+
+slope_Ae = slope("4.8", "the gradient in the estimator's own matrix", constraint, Ae)
+slope_Be = slope("4.9", "the gradient in its input matrix", constraint, Be)
+slope_Ce = slope("4.10", "the gradient in its output matrix", output, Ce)
+slope_De = slope("4.11", "the gradient in its static gain", output, De)
 SLOPES = (slope_Ae, slope_Be, slope_Ce, slope_De)
+
+page("The gradients get letters.")
+is_gradAe, is_gradBe, is_gradCe, is_gradDe = page(
+    *(
+        let(grad, found.right, found.number)
+        for grad, found in zip((gradAe, gradBe, gradCe, gradDe), SLOPES)
+    )
+)
 
 
 @cache
 def projection_gradient():
     """Gradients of the cost in the four gains: the whole, not half of it."""
+    computed = (
+        2 * (P12.T * A * Q12 + P2 * (Be * C * Q12 + Ae * Q2)),
+        2 * (P12.T * Qxy_next + P2 * (Be * Qyy + Ae * Q12.T * C.T)),
+        2 * (R * (Ce * Q2 + De * C * Q12 - L * Q12)),
+        2 * (R * (De * Qyy + Ce * Q12.T * C.T - L * Qxy)),
+    )
     slopes = (is_gradAe, is_gradBe, is_gradCe, is_gradDe)
-    stages = [assign(slope, f"(4.{k})") for k, slope in enumerate(slopes, 8)]
+    stages = [
+        Stage(slope.left, right, f"(4.{k})", by=(slope,))
+        for k, (slope, right) in enumerate(zip(slopes, computed), 8)
+    ]
     moments = (Qxy, Qxy_next, Qyy, Q12, Q2, P12, P2)
     given = (A, C, L, R, Ae, Be, Ce, De, *moments)
     return listed(given, stages, "the gradient of the cost", *SLOPES)

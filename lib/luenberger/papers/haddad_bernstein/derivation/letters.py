@@ -19,8 +19,9 @@ SOURCE = "Haddad and Bernstein (1987)"
 n, l, r, q = symbols("n l n_e q", integer=True, nonnegative=True)
 nu = symbols("nu_1")
 letters = Notation()
-chain, let, moment, steady, suppose = (
+chain, derive, let, moment, steady, suppose = (
     letters.chain,
+    letters.derive,
     letters.let,
     letters.moment,
     letters.steady,

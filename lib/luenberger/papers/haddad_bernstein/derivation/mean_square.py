@@ -13,14 +13,10 @@ from sympy import Rational, Trace
 from sympy import kronecker_product as kron
 
 from matrixproof import (
-    AtLeast,
     BlockMatrix,
-    Cyclic,
     Explicit,
     Identity,
-    Line,
     Page,
-    Substitute,
     ZeroMatrix,
 )
 
@@ -77,38 +73,31 @@ is_F2 = page(
         + Be * (C * Q1 * C.T + C1 * Q1 * C1.T) * Be.T,
     )
 )
-page.chain(
-    "lemma 4.1",
-    "one step of the moment without new noise",
-    At * Qt * At.T + At1 * Qt * At1.T,
-    Substitute(
+page(
+    derive(
+        "lemma 4.1",
+        "one step of the moment without new noise",
+        At * Qt * At.T + At1 * Qt * At1.T,
+    ).by(
         BlockMatrix(
             [
                 [A * Q1 * A.T + A1 * Q1 * A1.T, A * Q12 * Ae.T + F12],
                 [Ae * Q12.T * A.T + F12.T, Ae * Q2 * Ae.T + F2],
             ]
         ),
-        by=(is_At, is_At1, is_Qt, is_F12, is_F2),
-    ),
+        *(is_At, is_At1, is_Qt, is_F12, is_F2),
+    )
 )
 
 page("""The first block depends on itself alone, the second on itself and the first, the
     third on itself and the other two. So the map is triangular.""")
 with page.scope(suppose(Q1, none(n, n)), suppose(Q12, none(n, r))) as (no_Q1, no_Q12):
-    page.chain(
-        "lemma 4.1",
-        "what the first block adds to the second",
-        F12,
-        Line(is_F12.right, by=(is_F12,)),
-        Line(none(n, r), by=(no_Q1,)),
+    page(
+        derive("lemma 4.1", "what the first block adds to the second", is_F12).use(
+            no_Q1
+        )
     )
-    page.chain(
-        "lemma 4.1",
-        "what both add to the third",
-        F2,
-        Line(is_F2.right, by=(is_F2,)),
-        Line(none(r, r), by=(no_Q1, no_Q12)),
-    )
+    page(derive("lemma 4.1", "what both add to the third", is_F2).use(no_Q1, no_Q12))
 
 page("""The lemma writes the map as a matrix of Kronecker products, with the entries of
     the moment in a column. At order one it is this matrix. Its eigenvalues stand on the
@@ -143,28 +132,25 @@ page("""The plant's own map is never more stable than `A`. Let `V_A` span the mo
 modes = page(suppose(A.T * V_A, V_A * M_c))
 turn = page(suppose(M_c * M_c.T, c * Identity(k)))
 root = page(suppose(X, H_X * H_X.T))
-page.chain(
-    "lemma 4.1",
-    "the moment grows at least as the modes do",
-    Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
-    Line(
-        Trace(M_c.T * V_A.T * X * V_A * M_c) + Trace(V_A.T * A1 * X * A1.T * V_A),
-        by=(modes,),
-    ),
-    Cyclic(c * Trace(V_A.T * X * V_A) + Trace(V_A.T * A1 * X * A1.T * V_A), by=(turn,)),
-    AtLeast(c * Trace(V_A.T * X * V_A), by=(root,), root=V_A.T * A1 * H_X),
+page(
+    derive(
+        "lemma 4.1",
+        "the moment grows at least as the modes do",
+        Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
+    )
+    .use(modes)
+    .use(turn)
+    .drop(root, of=A1)
 )
 
 page("""How strong may the noise of the parameters be? Let it be multiplied by `s`, and
     let `Y` be what `X` sums up to through the noise. One step with the stronger noise
     is then one without, of another matrix.""")
 sums = page(steady(Y, A * Y * A.T + A1 * X * A1.T))
-page.chain(
-    "",
-    "the noise is scaled",
-    X - A * X * A.T - s**2 * A1 * X * A1.T,
-    Line(X - A * X * A.T - s**2 * (Y - A * Y * A.T), by=(sums,)),
-    Line((X - s**2 * Y) - A * (X - s**2 * Y) * A.T, why="collect"),
+page(
+    derive("", "the noise is scaled", X - A * X * A.T - s**2 * A1 * X * A1.T)
+    .fold(sums)
+    .by((X - s**2 * Y) - A * (X - s**2 * Y) * A.T)
 )
 
 page("""The map from `X` to `Y` keeps matrices that are not negative. So its largest
@@ -172,23 +158,20 @@ page("""The map from `X` to `Y` keeps matrices that are not negative. So its lar
     mean-square stable exactly for `s^2 rho < 1`. At the limit the eigenvector is a
     moment that stays as it is.""")
 limit = page(suppose(X, s**2 * Y))
-page.chain(
-    "",
-    "the largest noise",
-    A * X * A.T + s**2 * A1 * X * A1.T,
-    Line(A * X * A.T + s**2 * (Y - A * Y * A.T), by=(sums,)),
-    Line(X, by=(limit,)),
+page(
+    derive("", "the largest noise", A * X * A.T + s**2 * A1 * X * A1.T)
+    .fold(sums)
+    .fold(limit)
 )
 
 page("""The same map measures how an iteration converges that takes the noise from the
     last approximation: it takes the error before a step to the error after it.""")
 page(is_V1)
 takes = page(steady(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1))
-page.chain(
-    "",
-    "the error of the next approximation",
-    Q1 - X_k_next,
-    Line(A * Q1 * A.T + V1 - X_k_next, by=(own,)),
-    Line(A * Q1 * A.T + W1 + A1 * Q1 * A1.T - X_k_next, by=(is_V1,)),
-    Line(A * (Q1 - X_k_next) * A.T + A1 * (Q1 - X_k) * A1.T, by=(takes,)),
+page(
+    derive("", "the error of the next approximation", Q1 - X_k_next)
+    .put(own)
+    .put(is_V1)
+    .put(takes)
+    .factor()
 )

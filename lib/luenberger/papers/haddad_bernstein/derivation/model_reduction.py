@@ -10,7 +10,7 @@ Source: our own.
 
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Identity, Line, Page, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
 
 from .augmented import is_At, is_Qt, is_Vt
 from .cost import is_Lt, is_Sigma
@@ -43,17 +43,14 @@ page(is_At)
 is_Nc = page(let(N_c, Identity(both) - h**2 / 2 * F_c))
 transformed = page(suppose(At, 2 * N_c.I - Identity(both)))
 is_Bd = page(let(B_d, h * N_c.I * B_c))
-page.chain(
-    "4.4",
-    "the moment equation is that of continuous time",
-    N_c * (At * Qt * At.T + B_d * B_d.T - Qt) * N_c.T,
-    Line(
-        (N_c - 2 * Identity(both)) * Qt * (N_c - 2 * Identity(both)).T
-        + h**2 * B_c * B_c.T
-        - N_c * Qt * N_c.T,
-        by=(transformed, is_Bd),
-    ),
-    Line(h**2 * (F_c * Qt + Qt * F_c.T + B_c * B_c.T), by=(is_Nc,)),
+page(
+    derive(
+        "4.4",
+        "the moment equation is that of continuous time",
+        N_c * (At * Qt * At.T + B_d * B_d.T - Qt) * N_c.T,
+    )
+    .use(transformed, is_Bd)
+    .use(is_Nc)
 )
 
 page("""For the filter, the noise itself is measured: `C = 0`, `V_2 = I`, and the noise
@@ -65,18 +62,13 @@ is_V1 = page(suppose(V1, B_1 * B_1.T))
 is_V12 = page(suppose(V12, B_1))
 is_V2 = page(suppose(V2, Identity(l)))
 is_blocks = page(suppose(B_d, BlockMatrix([[B_1], [Be]])))
-alone = page.chain(
-    "section 2",
-    "the filter is not moved by the plant",
-    At,
-    Substitute(BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), by=(is_At,)),
-    Line(side_by_side(A, Ae), by=(unseen,)),
+alone = page(
+    derive("section 2", "the filter is not moved by the plant", is_At).use(unseen)
 )
-page.chain(
-    "4.4",
-    "the noise of plant and filter is that of plant and model",
-    Vt,
-    Substitute(B_d * B_d.T, by=(is_Vt, is_V1, is_V12, is_V2, is_blocks)),
+page(
+    derive("4.4", "the noise of plant and filter is that of plant and model", is_Vt).by(
+        B_d * B_d.T, is_V1, is_V12, is_V2, is_blocks
+    )
 )
 
 page("""So plant and filter do not move each other, no more than plant and model do.
@@ -84,31 +76,28 @@ page("""So plant and filter do not move each other, no more than plant and model
 is_Fc = page(let(F_c, side_by_side(A_c, A_m)))
 is_N1 = page(let(N_1, I - h**2 / 2 * A_c))
 is_Nm = page(let(N_m, Identity(r) - h**2 / 2 * A_m))
-parts = page.chain(
-    "",
-    "what the transform divides by in blocks",
-    N_c,
-    Line(Identity(both) - h**2 / 2 * F_c, by=(is_Nc,)),
-    Substitute(side_by_side(N_1, N_m), by=(is_Fc, is_N1, is_Nm)),
+parts = page(
+    derive("", "what the transform divides by in blocks", is_Nc)
+    .put(is_Fc)
+    .fold(is_N1, is_Nm)
 )
-page.chain(
-    "",
-    "plant and filter are transforms of plant and model",
-    side_by_side(A * N_1, Ae * N_m),
-    Substitute(At * N_c, by=(alone, parts)),
-    Line(2 * Identity(both) - N_c, by=(transformed,)),
-    Substitute(side_by_side(2 * I - N_1, 2 * Identity(r) - N_m), by=(parts,)),
+page(
+    derive(
+        "",
+        "plant and filter are transforms of plant and model",
+        side_by_side(A * N_1, Ae * N_m),
+    )
+    .by(At * N_c, alone, parts)
+    .use(transformed)
+    .put(parts)
+    .multiply()
 )
 
 page("Without feedthrough the error of the filter is the distance of the two outputs.")
 page(is_Lt, is_Qt, is_Sigma, silent)
-page.chain(
-    "3.5",
-    "the distance of two models",
-    Sigma,
-    Line(Lt * Qt * Lt.T + De * V2 * De.T, by=(is_Sigma,)),
-    Substitute(
+page(
+    derive("3.5", "the distance of two models", is_Sigma).by(
         L * Q1 * L.T - L * Q12 * Ce.T - Ce * Q12.T * L.T + Ce * Q2 * Ce.T,
-        by=(is_Lt, is_Qt, silent),
-    ),
+        *(is_Lt, is_Qt, silent),
+    )
 )

@@ -13,9 +13,7 @@ from matrixproof import (
     BlockMatrix,
     Construction,
     Identity,
-    Line,
     Page,
-    Substitute,
     ZeroMatrix,
 )
 
@@ -121,13 +119,11 @@ unseen_2 = page(suppose(Ph * X_2, zero(n, n_2)))
 page("Complete them to a basis, and take from the new columns what is not orthogonal.")
 is_T1 = page(suppose(Lam_1 * T_1, X_1.T * Ph * X_3))
 is_X4 = page(let(X_4, X_3 - X_1 * T_1))
-apart = page.chain(
-    "",
-    "the new columns are orthogonal to the first ones",
-    X_1.T * Ph * X_4,
-    Line(X_1.T * Ph * X_3 - X_1.T * Ph * X_1 * T_1, by=(is_X4,)),
-    Line(X_1.T * Ph * X_3 - Lam_1 * T_1, by=(shown_1,)),
-    Line(zero(n_1, n_3), by=(is_T1,)),
+apart = page(
+    derive("", "the new columns are orthogonal to the first ones", X_1.T * Ph * X_4)
+    .use(is_X4)
+    .use(shown_1)
+    .use(is_T1)
 )
 inverse = page(
     suppose(
@@ -162,55 +158,44 @@ diagonal_P = page(suppose(Ph, Psi.I.T * D_P * Psi.I, "3.17"))
 is_pi = page(let(pi_i, Psi * e_i * e_i.T * Psi.I, "section 2"))
 unit = page(suppose(e_i.T * e_i, Identity(1)))
 entry = page(suppose(D_Q * D_P * e_i, delta * e_i))
-page.chain(
-    "section 2",
-    "a direction is a projection",
-    pi_i * pi_i,
-    Line(Psi * e_i * e_i.T * e_i * e_i.T * Psi.I, by=(is_pi,)),
-    Line(Psi * e_i * e_i.T * Psi.I, by=(unit,)),
-    Line(pi_i, by=(is_pi,)),
+page(
+    derive("section 2", "a direction is a projection", pi_i * pi_i)
+    .use(is_pi)
+    .use(unit)
+    .fold(is_pi)
 )
-page.chain(
-    "section 2",
-    "a direction is an eigenprojection",
-    Qh * Ph * pi_i,
-    Line(Psi * D_Q * D_P * Psi.I * pi_i, by=(diagonal_Q, diagonal_P)),
-    Line(Psi * D_Q * D_P * e_i * e_i.T * Psi.I, by=(is_pi,)),
-    Line(delta * Psi * e_i * e_i.T * Psi.I, by=(entry,)),
-    Line(delta * pi_i, by=(is_pi,)),
+page(
+    derive("section 2", "a direction is an eigenprojection", Qh * Ph * pi_i)
+    .use(diagonal_Q, diagonal_P)
+    .use(is_pi)
+    .use(entry)
+    .fold(is_pi)
 )
 with page.scope(let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
     rows = page(let(J_e, BlockMatrix([[J_i], [e_i.T]])))
-    page.chain(
-        "3.17",
-        "the projection is a sum of eigenprojections",
-        tau,
-        Line(Psi * J_e.T * J_e * Psi.I, by=(is_sum,)),
-        Substitute(Psi * (J_i.T * J_i + e_i * e_i.T) * Psi.I, by=(rows,)),
-        Line(Psi * J_i.T * J_i * Psi.I + pi_i, by=(is_pi,)),
+    page(
+        derive("3.17", "the projection is a sum of eigenprojections", is_sum)
+        .put(rows)
+        .fold(is_pi)
     )
 
     page("""A choice of rows takes a diagonal matrix to the entries that are chosen. So
         the projection is aligned with both hats.""")
     chosen_Q = page(suppose(J_e * D_Q, D_1 * J_e))
     chosen_P = page(suppose(J_e * D_P, E_1 * J_e))
-    aligned_basis_Q = page.chain(
-        "3.17",
-        "one basis aligns the projection with the first hat",
-        tau * Qh,
-        Line(Psi * J_e.T * J_e * D_Q * Psi.T, by=(is_sum, diagonal_Q)),
-        Line(Psi * J_e.T * D_1 * J_e * Psi.T, by=(chosen_Q,)),
-        Line(Psi * D_Q * J_e.T * J_e * Psi.T, by=(chosen_Q,)),
-        Line(Qh * tau.T, by=(is_sum, diagonal_Q)),
+    aligned_basis_Q = page(
+        derive("3.17", "one basis aligns the projection with the first hat", tau * Qh)
+        .use(is_sum, diagonal_Q)
+        .use(chosen_Q)
+        .by(Psi * D_Q * J_e.T * J_e * Psi.T, chosen_Q)
+        .by(Qh * tau.T, is_sum, diagonal_Q)
     )
-    aligned_basis_P = page.chain(
-        "3.17",
-        "one basis aligns the projection with the second hat",
-        Ph * tau,
-        Line(Psi.I.T * D_P * J_e.T * J_e * Psi.I, by=(is_sum, diagonal_P)),
-        Line(Psi.I.T * J_e.T * E_1 * J_e * Psi.I, by=(chosen_P,)),
-        Line(Psi.I.T * J_e.T * J_e * D_P * Psi.I, by=(chosen_P,)),
-        Line(tau.T * Ph, by=(is_sum, diagonal_P)),
+    aligned_basis_P = page(
+        derive("3.17", "one basis aligns the projection with the second hat", Ph * tau)
+        .use(is_sum, diagonal_P)
+        .use(chosen_P)
+        .fold(chosen_P)
+        .by(tau.T * Ph, is_sum, diagonal_P)
     )
 
     page("""The factors are columns of the basis and rows of its inverse. `Q_2` and
@@ -221,35 +206,25 @@ with page.scope(let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
     is_Gam = page(let(Gam, J_e * Psi.I, "3.8"))
     is_Q2 = page(let(Q2, Gam * Qh * Gam.T))
     is_P2 = page(let(P2, G * Ph * G.T))
-    page.chain(
-        "3.8",
-        "the projection from columns of the basis",
-        tau,
-        Line(Psi * J_e.T * J_e * Psi.I, by=(is_sum,)),
-        Line(G.T * Gam, by=(is_G, is_Gam)),
+    page(
+        derive("3.8", "the projection from columns of the basis", is_sum).fold(
+            is_G, is_Gam
+        )
     )
-    page.chain(
-        "3.9",
-        "columns of a basis are biorthogonal",
-        Gam * G.T,
-        Line(J_e * J_e.T, by=(is_G, is_Gam)),
-        Line(Identity(r), by=(chosen,)),
+    page(
+        derive("3.9", "columns of a basis are biorthogonal", Gam * G.T)
+        .use(is_G, is_Gam)
+        .use(chosen)
     )
-    page.chain(
-        "3.17",
-        "the moment of the estimator in this basis",
-        Q2,
-        Line(Gam * Qh * Gam.T, by=(is_Q2,)),
-        Line(J_e * D_Q * J_e.T, by=(is_Gam, diagonal_Q)),
-        Line(D_1, by=(chosen_Q, chosen)),
+    page(
+        derive("3.17", "the moment of the estimator in this basis", is_Q2)
+        .use(is_Gam, diagonal_Q)
+        .use(chosen_Q, chosen)
     )
-    page.chain(
-        "3.17",
-        "its dual in this basis",
-        P2,
-        Line(G * Ph * G.T, by=(is_P2,)),
-        Line(J_e * D_P * J_e.T, by=(is_G, diagonal_P)),
-        Line(E_1, by=(chosen_P, chosen)),
+    page(
+        derive("3.17", "its dual in this basis", is_P2)
+        .use(is_G, diagonal_P)
+        .use(chosen_P, chosen)
     )
 
 page("""The alignments in turn give such a basis. They split each hat into two parts,
@@ -261,30 +236,30 @@ beside = page(suppose(Gam * N, zero(r, d)))
 dual_basis = page(suppose(M * N, Identity(d)))
 is_Q3 = page(let(Q_3, M * Qh * M.T))
 is_P3 = page(let(P_3, N.T * Ph * N))
-split_Q = page.chain(
-    "3.17",
-    "the alignment splits the first hat",
-    Qh,
-    Line((tau + N * M) * Qh, by=(is_NM, is_tau)),
-    Line((tau + N * M) * Qh * (tau + N * M).T, by=(is_NM, is_tau)),
-    Line(
+split_Q = page(
+    derive("3.17", "the alignment splits the first hat", Qh)
+    .insert((tau + N * M) * Qh, is_NM, is_tau)
+    .insert((tau + N * M) * Qh * (tau + N * M).T, is_NM, is_tau)
+    .by(
         tau * Qh * tau.T + N * Q_3 * N.T + (Qh * tau.T * M.T * N.T) + N * M * tau * Qh,
-        by=(aligned, is_Q3),
-    ),
-    Line(tau * Qh * tau.T + N * Q_3 * N.T, by=(is_tau, below)),
-    Line(G.T * Q2 * G + N * Q_3 * N.T, by=(is_tau, is_Q2)),
+        aligned,
+        is_Q3,
+    )
+    .by(tau * Qh * tau.T + N * Q_3 * N.T, is_tau, below)
+    .put(is_tau)
+    .fold(is_Q2)
 )
-split_P = page.chain(
-    "3.17",
-    "the alignment splits the second hat",
-    Ph,
-    Line((tau + N * M).T * Ph * (tau + N * M), by=(is_NM, is_tau)),
-    Line(
+split_P = page(
+    derive("3.17", "the alignment splits the second hat", Ph)
+    .insert((tau + N * M).T * Ph * (tau + N * M), is_NM, is_tau)
+    .by(
         tau.T * Ph * tau + M.T * P_3 * M + Ph * tau * N * M + M.T * N.T * tau.T * Ph,
-        by=(aligned_dual, is_P3),
-    ),
-    Line(tau.T * Ph * tau + M.T * P_3 * M, by=(is_tau, beside)),
-    Line(Gam.T * P2 * Gam + M.T * P_3 * M, by=(is_tau, is_P2)),
+        aligned_dual,
+        is_P3,
+    )
+    .by(tau.T * Ph * tau + M.T * P_3 * M, is_tau, beside)
+    .put(is_tau)
+    .fold(is_P2)
 )
 
 page("""Each pair of parts has a basis of its own. Both together are a basis for the

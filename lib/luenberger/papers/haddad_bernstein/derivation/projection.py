@@ -11,7 +11,7 @@ Source: Haddad and Bernstein (1987), section 4, (3.6)-(3.9), (3.17), (4.13)-(4.1
 
 from functools import cache
 
-from matrixproof import Identity, Line, Page, Solve, Stage
+from matrixproof import Page, Solve, Stage
 
 from .augmented import is_N2, is_N12, moments
 from .cost import duals, is_Lq, is_M2, is_M12
@@ -30,15 +30,6 @@ from .stationarity import (
     split,
 )
 
-step = Aq * Q_e * Aq.T + Kq * C * Q_e * Aq.T + Aq * Q_e * C.T * Kq.T
-
-
-def stays(number, says, block, equation, one_step):
-    """A block of a moment that one step leaves as it is."""
-    ahead = Line(one_step.left, by=(equation,))
-    return chain(number, says, block, ahead, Line(one_step.right, by=(one_step,)))
-
-
 page = Page(letters=letters, source=SOURCE)
 
 page("Recalled are the factors of the moments and the gains of the best estimator.")
@@ -52,23 +43,19 @@ inverse_Q2 = page(suppose(Q2 * Q2_plus * Q2, Q2))
 inverse_P2 = page(suppose(P2 * P2_plus * P2, P2))
 is_G_open = page(let(G_open, G_0 + Q2_plus * (Q12.T - Q2 * G_0)))
 is_Gam_open = page(let(Gam_open, Gam_0 - P2_plus * (P12.T + P2 * Gam_0)))
-open_G = page.chain(
-    "section 4",
-    "any such factor lifts the moments",
-    Q2 * G_open,
-    Line(Q2 * G_0 + Q2 * Q2_plus * (Q12.T - Q2 * G_0), by=(is_G_open,)),
-    Line(Q2 * G_0 + Q2 * Q2_plus * (Q2 * G - Q2 * G_0), by=(is_Q12,)),
-    Line(Q2 * G, by=(inverse_Q2,)),
-    Line(Q12.T, by=(is_Q12,)),
+open_G = page(
+    derive("section 4", "any such factor lifts the moments", Q2 * G_open)
+    .put(is_G_open)
+    .put(is_Q12)
+    .use(inverse_Q2)
+    .fold(is_Q12)
 )
-open_Gam = page.chain(
-    "section 4",
-    "any such factor tracks the duals",
-    P2 * Gam_open,
-    Line(P2 * Gam_0 - P2 * P2_plus * (P12.T + P2 * Gam_0), by=(is_Gam_open,)),
-    Line(P2 * Gam_0 + P2 * P2_plus * (P2 * Gam - P2 * Gam_0), by=(is_P12,)),
-    Line(P2 * Gam, by=(inverse_P2,)),
-    Line(-P12.T, by=(is_P12,)),
+open_Gam = page(
+    derive("section 4", "any such factor tracks the duals", P2 * Gam_open)
+    .put(is_Gam_open)
+    .put(is_P12)
+    .use(inverse_P2)
+    .fold(is_P12)
 )
 
 page("""The theorem is about two matrices with hats. The block equations of the moment
@@ -77,147 +64,124 @@ page("""The theorem is about two matrices with hats. The block equations of the 
 is_Qh = page(let(Qh, A * Q_e * A.T + Kq * Qs.T, "section 4"))
 is_Ph = page(let(Ph, Aq.T * P_e * Aq + Lq.T * R * Lq, "section 4"))
 page(is_N12, is_N2, is_M12, is_M2)
-mixed_step = page.chain(
-    "4.13",
-    "one step of the moment of state and estimator",
-    A * Q12 * Ae.T + N12,
-    Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
-    Line(
-        A * Q_e * Aq.T * Gam.T + (Qs + A * Q_e * C.T) * Kq.T * Gam.T,
-        by=(is_Q12, is_Qe, gain_Ae, is_Be, next_split),
-    ),
-    Line((A * Q_e * A.T + Qs * Kq.T) * Gam.T, by=(is_Aq,)),
-    Line(Qh * Gam.T, by=(is_Qh,)),
+mixed_step = page(
+    derive(
+        "4.13", "one step of the moment of state and estimator", A * Q12 * Ae.T + N12
+    )
+    .put(is_N12)
+    .put(is_Q12, gain_Ae, is_Be, next_split)
+    .fold(is_Qe)
+    .use(is_Aq)
+    .fold(is_Qh)
 )
-inner_step = page.chain(
-    "4.14",
-    "one step of the moment of the estimator",
-    Ae * Q2 * Ae.T + N2,
-    Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
-    Line(
-        Gam * (step + Kq * (V2s + C * Q_e * C.T) * Kq.T) * Gam.T,
-        by=(gain_Ae, is_Be, is_Q12, is_Qe, split),
-    ),
-    Line(Gam * (A * Q_e * A.T + Kq * V2s * Kq.T) * Gam.T, by=(is_Aq,)),
-    Line(Gam * Qh * Gam.T, by=(is_Qh, is_K)),
+inner_step = page(
+    derive("4.14", "one step of the moment of the estimator", Ae * Q2 * Ae.T + N2)
+    .put(is_N2)
+    .put(gain_Ae, is_Be, is_Q12)
+    .fold(is_Qe)
+    .use(split)
+    .use(is_Aq)
+    .use(is_K)
+    .fold(is_Qh)
 )
-mixed_dual_step = page.chain(
-    "4.15",
-    "one step of the dual of state and estimator",
-    A.T * P12 * Ae + M12,
-    Line(A.T * P12 * Ae + C.T * Be.T * P2 * Ae - Lq.T * R * Ce, by=(is_M12, is_Lq)),
-    Line(
+mixed_dual_step = page(
+    derive("4.15", "one step of the dual of state and estimator", A.T * P12 * Ae + M12)
+    .put(is_M12)
+    .fold(is_Lq)
+    .by(
         -(A - Kq * C).T * P_e * Aq * G.T - Lq.T * R * Lq * G.T,
-        by=(is_P12, is_Pe, gain_Ae, is_Be, is_Ce, is_Lq),
-    ),
-    Line(-Ph * G.T, by=(is_Aq, is_Ph)),
+        is_P12,
+        is_Pe,
+        gain_Ae,
+        is_Be,
+        is_Ce,
+        is_Lq,
+    )
+    .fold(is_Aq, is_Ph)
 )
-inner_dual_step = page.chain(
-    "4.16",
-    "one step of the dual of the estimator",
-    Ae.T * P2 * Ae + M2,
-    Line(Ae.T * P2 * Ae + Ce.T * R * Ce, by=(is_M2,)),
-    Line(
-        G * (Aq.T * P_e * Aq + Lq.T * R * Lq) * G.T,
-        by=(is_Pe, gain_Ae, is_Ce, is_Lq),
-    ),
-    Line(G * Ph * G.T, by=(is_Ph,)),
+inner_dual_step = page(
+    derive("4.16", "one step of the dual of the estimator", Ae.T * P2 * Ae + M2)
+    .put(is_M2)
+    .put(gain_Ae, is_Ce)
+    .fold(is_Pe, is_Lq)
+    .fold(is_Ph)
 )
 
 page("In the steady state a step changes nothing.")
-mixed = page(
-    stays("4.13", "the moment of state and estimator", Q12, moments, mixed_step)
-)
-inner = page(stays("4.14", "the moment of the estimator", Q2, moments, inner_step))
-mixed_dual = page(
-    stays("4.15", "the dual of state and estimator", P12, duals, mixed_dual_step)
-)
-inner_dual = page(
-    stays("4.16", "the dual of the estimator", P2, duals, inner_dual_step)
+mixed, inner, mixed_dual, inner_dual = page(
+    *(
+        derive(step.number, f"the {which}", block).put(equation).use(step)
+        for which, block, equation, step in (
+            ("moment of state and estimator", Q12, moments, mixed_step),
+            ("moment of the estimator", Q2, moments, inner_step),
+            ("dual of state and estimator", P12, duals, mixed_dual_step),
+            ("dual of the estimator", P2, duals, inner_dual_step),
+        )
+    )
 )
 
 page("""The first two say that `G` and `Gamma` are biorthogonal, which the paper takes
     for granted where it proves it.""")
-one = page.chain(
-    "3.9",
-    "the factors are biorthogonal",
-    Gam * G.T,
-    Line(Gam * Q12 * Q2.I, by=(is_Q12,)),
-    Line(Gam * Qh * Gam.T * Q2.I, by=(mixed,)),
-    Line(Identity(r), by=(inner,)),
+one = page(
+    derive("3.9", "the factors are biorthogonal", Gam * G.T)
+    .by(Gam * Q12 * Q2.I, is_Q12)
+    .put(mixed)
+    .fold(inner)
 )
 
 page("""So `tau = G' Gamma` is a projection. Its rank is `n_e`: between `Gamma` and `G'`
     it is the identity of that size.""")
 page(is_tau)
-twice = page.chain(
-    "3.6",
-    "applied twice it does no more",
-    tau * tau,
-    Line(G.T * Gam * G.T * Gam, by=(is_tau,)),
-    Line(G.T * Gam, by=(one,)),
-    Line(tau, by=(is_tau,)),
+twice = page(
+    derive("3.6", "applied twice it does no more", tau * tau)
+    .put(is_tau)
+    .use(one)
+    .fold(is_tau)
 )
-rank = page.chain(
-    "3.7",
-    "the rank of the projection",
-    Gam * tau * G.T,
-    Line(Gam * G.T * Gam * G.T, by=(is_tau,)),
-    Line(Identity(r), by=(one,)),
+rank = page(
+    derive("3.7", "the rank of the projection", Gam * tau * G.T).put(is_tau).use(one)
 )
 
 page("""It takes the hats of the theorem to those of section 4, from one side and from
     both.""")
-seen = page.chain(
-    "3.17",
-    "the projection on the first hat",
-    tau * Qh,
-    Line(G.T * Gam * Qh, by=(is_tau,)),
-    Line(G.T * Q12.T, by=(mixed,)),
-    Line(G.T * Q2 * G, by=(is_Q12,)),
-    Line(Q_e, by=(is_Qe,)),
+seen = page(
+    derive("3.17", "the projection on the first hat", tau * Qh)
+    .put(is_tau)
+    .fold(mixed)
+    .use(is_Q12)
+    .fold(is_Qe)
 )
-seen_dual = page.chain(
-    "3.17",
-    "the projection on the second hat",
-    Ph * tau,
-    Line(Ph * G.T * Gam, by=(is_tau,)),
-    Line(-P12 * Gam, by=(mixed_dual,)),
-    Line(Gam.T * P2 * Gam, by=(is_P12,)),
-    Line(P_e, by=(is_Pe,)),
+seen_dual = page(
+    derive("3.17", "the projection on the second hat", Ph * tau)
+    .put(is_tau)
+    .fold(mixed_dual)
+    .put(is_P12)
+    .fold(is_Pe)
 )
-hidden = page.chain(
-    "3.15",
-    "the first hat between two projections",
-    tau * Qh * tau.T,
-    Line(G.T * Gam * Qh * Gam.T * G, by=(is_tau,)),
-    Line(G.T * Q2 * G, by=(inner,)),
-    Line(Q_e, by=(is_Qe,)),
+hidden = page(
+    derive("3.15", "the first hat between two projections", tau * Qh * tau.T)
+    .use(is_tau)
+    .fold(inner)
+    .fold(is_Qe)
 )
-hidden_dual = page.chain(
-    "3.16",
-    "the second hat between two projections",
-    tau.T * Ph * tau,
-    Line(Gam.T * G * Ph * G.T * Gam, by=(is_tau,)),
-    Line(Gam.T * P2 * Gam, by=(inner_dual,)),
-    Line(P_e, by=(is_Pe,)),
+hidden_dual = page(
+    derive("3.16", "the second hat between two projections", tau.T * Ph * tau)
+    .use(is_tau)
+    .fold(inner_dual)
+    .fold(is_Pe)
 )
 
 page("""What comes out is symmetric, so the projection is aligned with both hats. That
     is what one basis in which both are diagonal amounts to.""")
-aligned = page.chain(
-    "3.17",
-    "the projection is aligned with the first hat",
-    tau * Qh,
-    Line(Q_e, by=(seen,)),
-    Line(Qh * tau.T, by=(seen,)),
+aligned = page(
+    derive("3.17", "the projection is aligned with the first hat", seen).by(
+        Qh * tau.T, seen
+    )
 )
-aligned_dual = page.chain(
-    "3.17",
-    "the projection is aligned with the second hat",
-    Ph * tau,
-    Line(P_e, by=(seen_dual,)),
-    Line(tau.T * Ph, by=(seen_dual,)),
+aligned_dual = page(
+    derive("3.17", "the projection is aligned with the second hat", seen_dual).by(
+        tau.T * Ph, seen_dual
+    )
 )
 
 FRAME = (

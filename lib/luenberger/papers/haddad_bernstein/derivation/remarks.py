@@ -14,7 +14,6 @@ from matrixproof import (
     Equation,
     Identity,
     Iff,
-    Line,
     Page,
     ZeroMatrix,
 )
@@ -53,15 +52,13 @@ with page.scope(let(tau, U * Z, "3.8")) as is_UZ:
     from_left = page(suppose(U_left * U, one_state))
     from_right = page(suppose(Z * Z_right, one_state))
     squared = page(suppose(tau * tau, tau, "3.6"))
-    page.chain(
-        "3.9",
-        "factors of full rank are biorthogonal",
-        Z * U,
-        Line(U_left * U * Z * U * Z * Z_right, by=(from_left, from_right)),
-        Line(U_left * tau * tau * Z_right, by=(is_UZ,)),
-        Line(U_left * tau * Z_right, by=(squared,)),
-        Line(U_left * U * Z * Z_right, by=(is_UZ,)),
-        Line(one_state, by=(from_left, from_right)),
+    page(
+        derive("3.9", "factors of full rank are biorthogonal", Z * U)
+        .insert(U_left * U * Z * U * Z * Z_right, from_left, from_right)
+        .fold(is_UZ)
+        .use(squared)
+        .put(is_UZ)
+        .use(from_left, from_right)
     )
 
 page("""So `G = U'` and `Gamma = Z` will do. That (3.8) and (3.9) give (3.6) and (3.7)
@@ -71,28 +68,22 @@ page(is_tau)
 is_tau_1 = page(suppose(tau, G_1.T * Gam_1, "3.8"))
 one_1 = page(suppose(Gam_1 * G_1.T, one_state, "3.9"))
 is_S_G = page(let(S, Gam_1 * G.T))
-same_Gam = page.chain(
-    "3.8",
-    "one factor in another basis",
-    Gam_1,
-    Line(Gam_1 * tau, by=(is_tau_1, one_1)),
-    Line(Gam_1 * G.T * Gam, by=(is_tau,)),
-    Line(S * Gam, by=(is_S_G,)),
+same_Gam = page(
+    derive("3.8", "one factor in another basis", Gam_1)
+    .insert(Gam_1 * tau, is_tau_1, one_1)
+    .put(is_tau)
+    .fold(is_S_G)
 )
-page.chain(
-    "3.8",
-    "the other factor in another basis",
-    G.T,
-    Line(tau * G.T, by=(is_tau, one)),
-    Line(G_1.T * Gam_1 * G.T, by=(is_tau_1,)),
-    Line(G_1.T * S, by=(is_S_G,)),
+page(
+    derive("3.8", "the other factor in another basis", G.T)
+    .insert(tau * G.T, is_tau, one)
+    .put(is_tau_1)
+    .fold(is_S_G)
 )
-page.chain(
-    "3.9",
-    "the change of basis has an inverse",
-    S * Gam * G_1.T,
-    Line(Gam_1 * G_1.T, by=(same_Gam,)),
-    Line(one_state, by=(one_1,)),
+page(
+    derive("3.9", "the change of basis has an inverse", S * Gam * G_1.T)
+    .fold(same_Gam)
+    .use(one_1)
 )
 
 page("""Remark 3.2: the projection is idempotent, and in general it is not symmetric.
@@ -119,12 +110,8 @@ page("""Remark 3.3: an estimator without feedthrough has `D_e = 0`. The gradient
     other matrices vanish for any `D_e`, so (3.10) to (3.12) hold as they are. The least
     error covariance has one term.""")
 page(silent)
-page.chain(
-    "remark 3.3",
-    "the least error without feedthrough",
-    Sigma,
-    Line(regression.right, by=(regression,)),
-    Line(L * Q * L.T, by=(silent,)),
+page(
+    derive("remark 3.3", "the least error without feedthrough", regression).use(silent)
 )
 
 page("""Remark 3.4: another basis of the estimator's state changes its matrices, and
@@ -135,22 +122,17 @@ is_xe_1_next = page(let(xe_1_next, S * xe_next, "remark 3.4"))
 is_Ae_1 = page(let(Ae_1, S * Ae * S.I, "remark 3.4"))
 is_Be_1 = page(let(Be_1, S * Be, "remark 3.4"))
 is_Ce_1 = page(let(Ce_1, Ce * S.I, "remark 3.4"))
-page.chain(
-    "remark 3.4",
-    "the estimator in another basis",
-    xe_1_next,
-    Line(S * xe_next, by=(is_xe_1_next,)),
-    Line(S * Ae * xe + S * Be * y, by=(is_xe_next,)),
-    Line(Ae_1 * S * xe + Be_1 * y, by=(is_Ae_1, is_Be_1)),
-    Line(Ae_1 * xe_1 + Be_1 * y, by=(is_xe_1,)),
+page(
+    derive("remark 3.4", "the estimator in another basis", is_xe_1_next)
+    .use(is_xe_next)
+    .by(Ae_1 * S * xe + Be_1 * y, is_Ae_1, is_Be_1)
+    .fold(is_xe_1)
 )
-page.chain(
-    "remark 3.4",
-    "its error is the same",
-    L * x - (Ce_1 * xe_1 + De * y),
-    Line(L * x - (Ce * xe + De * y), by=(is_Ce_1, is_xe_1)),
-    Line(L * x - ye, by=(is_ye,)),
-    Line(e, by=(is_e,)),
+page(
+    derive("remark 3.4", "its error is the same", L * x - (Ce_1 * xe_1 + De * y))
+    .use(is_Ce_1, is_xe_1)
+    .fold(is_ye)
+    .fold(is_e)
 )
 
 page("""So the cost is the same. The matrices are those of other factors of the same
@@ -158,76 +140,55 @@ page("""So the cost is the same. The matrices are those of other factors of the 
 page(is_Be, is_Ce)
 is_G_1 = page(suppose(G_1.T, G.T * S.I, "remark 3.4"))
 is_Gam_1 = page(suppose(Gam_1, S * Gam, "remark 3.4"))
-page.chain(
-    "remark 3.4",
-    "the projection is the same",
-    G_1.T * Gam_1,
-    Line(G.T * Gam, by=(is_G_1, is_Gam_1)),
-    Line(tau, by=(is_tau,)),
+page(
+    derive("remark 3.4", "the projection is the same", G_1.T * Gam_1)
+    .use(is_G_1, is_Gam_1)
+    .fold(is_tau)
 )
-page.chain(
-    "remark 3.4",
-    "its own matrix by the other factors",
-    Ae_1,
-    Line(S * Ae * S.I, by=(is_Ae_1,)),
-    Line(S * Gam * Aq * G.T * S.I, by=(gain_Ae,)),
-    Line(Gam_1 * Aq * G_1.T, by=(is_Gam_1, is_G_1)),
+page(
+    derive("remark 3.4", "its own matrix by the other factors", is_Ae_1)
+    .put(gain_Ae)
+    .fold(is_Gam_1, is_G_1)
 )
-page.chain(
-    "remark 3.4",
-    "its input matrix by the other factors",
-    Be_1,
-    Line(S * Gam * Kq, by=(is_Be_1, is_Be)),
-    Line(Gam_1 * Kq, by=(is_Gam_1,)),
+page(
+    derive("remark 3.4", "its input matrix by the other factors", Be_1)
+    .put(is_Be_1, is_Be)
+    .fold(is_Gam_1)
 )
-page.chain(
-    "remark 3.4",
-    "its output matrix by the other factors",
-    Ce_1,
-    Line((L - De * C) * G.T * S.I, by=(is_Ce_1, is_Ce)),
-    Line((L - De * C) * G_1.T, by=(is_G_1,)),
+page(
+    derive("remark 3.4", "its output matrix by the other factors", Ce_1)
+    .put(is_Ce_1, is_Ce)
+    .fold(is_G_1)
+    .factor()
 )
 
 page("""Remark 3.5: the best estimator is an observer of `Gamma x`, which corrects
     itself by the innovation.""")
 page(is_Ae)
-observer = page.chain(
-    "3.19",
-    "the estimator as an observer",
-    xe_next,
-    Line(Ae * xe + Be * y, by=(is_xe_next,)),
-    Line((Gam * A * G.T - Be * C * G.T) * xe + Be * y, by=(is_Ae,)),
-    Line(Gam * A * G.T * xe + Gam * Kq * (y - C * G.T * xe), by=(is_Be,)),
+observer = page(
+    derive("3.19", "the estimator as an observer", is_xe_next)
+    .put(is_Ae, is_Be)
+    .by(Gam * A * G.T * xe + Gam * Kq * (y - C * G.T * xe))
 )
 
 page("Lifted by `G'`, it is a filter of full order seen through the projection.")
 is_xh = page(let(xh, G.T * xe, "remark 3.5"))
 is_xh_next = page(let(xh_next, G.T * xe_next, "remark 3.5"))
-page.chain(
-    "3.20",
-    "the estimator at full order",
-    xh_next,
-    Line(G.T * xe_next, by=(is_xh_next,)),
-    Line(
-        G.T * Gam * A * G.T * xe + G.T * Gam * Kq * (y - C * G.T * xe),
-        by=(observer,),
-    ),
-    Line(tau * A * xh + tau * Kq * (y - C * xh), by=(is_tau, is_xh)),
+page(
+    derive("3.20", "the estimator at full order", is_xh_next)
+    .put(observer)
+    .by(tau * A * xh + tau * Kq * (y - C * xh), is_tau, is_xh)
 )
-page.chain(
-    "3.20",
-    "the projection leaves the estimate as it is",
-    tau * xh,
-    Line(G.T * Gam * G.T * xe, by=(is_tau, is_xh)),
-    Line(G.T * xe, by=(one,)),
-    Line(xh, by=(is_xh,)),
+page(
+    derive("3.20", "the projection leaves the estimate as it is", tau * xh)
+    .put(is_tau, is_xh)
+    .use(one)
+    .fold(is_xh)
 )
-page.chain(
-    "3.20",
-    "the state of the estimator from the estimate",
-    Gam * xh,
-    Line(Gam * G.T * xe, by=(is_xh,)),
-    Line(xe, by=(one,)),
+page(
+    derive("3.20", "the state of the estimator from the estimate", Gam * xh)
+    .put(is_xh)
+    .use(one)
 )
 
 page("""An input in place of `K_q (y - C xhat)` reaches the estimator through `Gamma`.

@@ -15,7 +15,6 @@ from matrixproof import (
     Page,
     Solve,
     Stage,
-    Substitute,
     ZeroMatrix,
 )
 
@@ -26,6 +25,13 @@ from .letters import *
 
 missed, dmissed = L - De * C, -dDe * C
 STEP = dict(zip(MOVING, INCREMENTS))
+
+
+def moved_in(expr):
+    """How the letters of an expression move."""
+    return {x: dx for x, dx in STEP.items() if expr.has(x)}
+
+
 # each is half of a symmetric sum
 dN2_half = (
     (dAe * Q2 + dBe * C * Q12) * Ae.T
@@ -39,12 +45,7 @@ def moves(says, left, by, expanded, right, named):
     """How an expression moves with the gains and the moments."""
     held = (L,) if expanded.has(L) else ()
     moved = Differential(right, of=STEP, held=held, by=(named,))
-    return chain("", says, left, Line(expanded, by=(by,)), moved)
-
-
-def slope_moves(says, gradient, named):
-    """How a gradient moves."""
-    return moves(says, gradient.left, gradient, gradient.right, named.left, named)
+    return page.chain("", says, left, Line(expanded, by=(by,)), moved)
 
 
 page = Page(letters=letters, source=SOURCE)
@@ -58,27 +59,26 @@ is_Czy = page(let(Czy, BlockMatrix([[Q2, Q12.T * C.T], [C * Q12, Qyy]])))
 is_Nzy = page(let(Nzy, BlockMatrix([[L * Q12, L * Qxy]])))
 is_CeDe = page(let(CeDe, BlockMatrix([[Ce, De]])))
 best = page(suppose(CeDe * Czy, Nzy, "4.10, 4.11"))
-regression = page.chain(
-    "4.10, 4.11",
-    "the best output is a regression",
-    BlockMatrix([[gradCe, gradDe]]),
-    Substitute(
+regression = page(
+    derive(
+        "4.10, 4.11",
+        "the best output is a regression",
+        BlockMatrix([[gradCe, gradDe]]),
+    )
+    .by(
         2 * R * (CeDe * Czy - Nzy),
-        by=(is_gradCe, is_gradDe, is_CeDe, is_Czy, is_Nzy),
-    ),
-    Line(ZeroMatrix(q, r + l), by=(best,)),
+        *(is_gradCe, is_gradDe, is_CeDe, is_Czy, is_Nzy),
+    )
+    .use(best)
 )
 
 page("Without feedthrough it is a regression on the estimator alone.")
 silent = page(suppose(De, ZeroMatrix(q, l)))
 best_alone = page(suppose(Ce * Q2, L * Q12, "4.10"))
-alone = page.chain(
-    "4.10",
-    "the best output without feedthrough",
-    gradCe,
-    Line(is_gradCe.right, by=(is_gradCe,)),
-    Line(2 * R * (Ce * Q2 - L * Q12), by=(silent,)),
-    Line(ZeroMatrix(q, r), by=(best_alone,)),
+alone = page(
+    derive("4.10", "the best output without feedthrough", is_gradCe)
+    .use(silent)
+    .use(best_alone)
 )
 
 page("""When the moments move, the best output moves so that its equation goes on to
@@ -91,39 +91,21 @@ is_dNzy = page(
 )
 is_dCeDe = page(let(dCeDe, BlockMatrix([[dCe, dDe]])))
 best_moves = page(suppose(dCeDe * Czy, dNzy))
-moving = page.chain(
-    "",
-    "how the best output moves",
-    BlockMatrix(
-        [
-            [
-                Ce * Q2 + De * C * Q12 - L * Q12,
-                Ce * Q12.T * C.T + De * Qyy - L * Qxy,
-            ]
-        ]
-    ),
-    Differential(
-        BlockMatrix(
-            [
-                [
-                    dCe * Q2 + Ce * dQ2 + dDe * C * Q12 + De * C * dQ12 - L * dQ12,
-                    dCe * Q12.T * C.T + Ce * dQ12.T * C.T + dDe * Qyy,
-                ]
-            ]
-        ),
-        of=STEP,
-        held=(L,),
-    ),
-    Substitute(dCeDe * Czy - dNzy, by=(is_dCeDe, is_Czy, is_dNzy)),
-    Line(ZeroMatrix(q, r + l), by=(best_moves,)),
+slopes = BlockMatrix(
+    [[Ce * Q2 + De * C * Q12 - L * Q12, Ce * Q12.T * C.T + De * Qyy - L * Qxy]]
+)
+moving = page(
+    derive("", "how the best output moves", slopes)
+    .differential(moved_in(slopes), held=(L,))
+    .by(dCeDe * Czy - dNzy, is_dCeDe, is_Czy, is_dNzy)
+    .use(best_moves)
 )
 best_alone_moves = page(suppose(dCe * Q2, L * dQ12 - Ce * dQ2))
-moving_alone = page.chain(
-    "",
-    "how it moves without feedthrough",
-    Ce * Q2 - L * Q12,
-    Differential(dCe * Q2 + Ce * dQ2 - L * dQ12, of=STEP, held=(L,)),
-    Line(ZeroMatrix(q, r), by=(best_alone_moves,)),
+slope = Ce * Q2 - L * Q12
+moving_alone = page(
+    derive("", "how it moves without feedthrough", slope)
+    .differential(moved_in(slope), held=(L,))
+    .use(best_alone_moves)
 )
 
 page("""A step of all gains moves the moments, their duals and the gradients. What
@@ -141,44 +123,38 @@ is_dM12 = page(
         - missed.T * R * dCe,
     )
 )
-moving_Q12 = page(
+moving_Q12, moving_Q2, moving_P2, moving_P12 = (
     moves(
-        "how the moment of state and estimator moves",
-        A * Q12 * Ae.T + N12,
-        is_N12,
-        A * Q12 * Ae.T + Qxy_next * Be.T,
-        A * dQ12 * Ae.T + dN12,
-        is_dN12,
+        f"how the {which} moves",
+        shown + by.left,
+        by,
+        shown + by.right,
+        moved + named.left,
+        named,
     )
-)
-moving_Q2 = page(
-    moves(
-        "how the moment of the estimator moves",
-        Ae * Q2 * Ae.T + N2,
-        is_N2,
-        Ae * Q2 * Ae.T + is_N2.right,
-        Ae * dQ2 * Ae.T + dN2,
-        is_dN2,
-    )
-)
-moving_P2 = page(
-    moves(
-        "how the dual of the estimator's moment moves",
-        Ae.T * P2 * Ae + M2,
-        is_M2,
-        Ae.T * P2 * Ae + Ce.T * R * Ce,
-        Ae.T * dP2 * Ae + dM2,
-        is_dM2,
-    )
-)
-moving_P12 = page(
-    moves(
-        "how the dual of state and estimator moves",
-        A.T * P12 * Ae + M12,
-        is_M12,
-        A.T * P12 * Ae + is_M12.right,
-        A.T * dP12 * Ae + dM12,
-        is_dM12,
+    for which, shown, by, moved, named in (
+        (
+            "moment of state and estimator",
+            A * Q12 * Ae.T,
+            is_N12,
+            A * dQ12 * Ae.T,
+            is_dN12,
+        ),
+        ("moment of the estimator", Ae * Q2 * Ae.T, is_N2, Ae * dQ2 * Ae.T, is_dN2),
+        (
+            "dual of the estimator's moment",
+            Ae.T * P2 * Ae,
+            is_M2,
+            Ae.T * dP2 * Ae,
+            is_dM2,
+        ),
+        (
+            "dual of state and estimator",
+            A.T * P12 * Ae,
+            is_M12,
+            A.T * dP12 * Ae,
+            is_dM12,
+        ),
     )
 )
 is_dgradAe = page(
@@ -213,17 +189,21 @@ is_dgradCe = page(
 is_dgradDe = page(
     let(dgradDe, 2 * (R * (dDe * Qyy + dCe * Q12.T * C.T + Ce * dQ12.T * C.T)))
 )
-moving_Ae = page(
-    slope_moves("how the gradient in its own matrix moves", is_gradAe, is_dgradAe)
-)
-moving_Be = page(
-    slope_moves("how the gradient in its input moves", is_gradBe, is_dgradBe)
-)
-moving_Ce = page(
-    slope_moves("how the gradient in its output moves", is_gradCe, is_dgradCe)
-)
-moving_De = page(
-    slope_moves("how the gradient in its static gain moves", is_gradDe, is_dgradDe)
+moving_Ae, moving_Be, moving_Ce, moving_De = (
+    moves(
+        f"how the gradient in its {which} moves",
+        slope.left,
+        slope,
+        slope.right,
+        named.left,
+        named,
+    )
+    for which, slope, named in (
+        ("own matrix", is_gradAe, is_dgradAe),
+        ("input", is_gradBe, is_dgradBe),
+        ("output", is_gradCe, is_dgradCe),
+        ("static gain", is_gradDe, is_dgradDe),
+    )
 )
 
 

@@ -11,12 +11,8 @@ Source: our own.
 from sympy import Trace
 
 from matrixproof import (
-    AtLeast,
     BlockMatrix,
-    Cyclic,
-    Line,
     Page,
-    Substitute,
     ZeroMatrix,
 )
 
@@ -46,14 +42,8 @@ W_r = letters("H_W", n + l, n + l, "a root of `W`")
 
 def grown(says, X, F, V, by):
     """What a matrix shows of modes, less what it shows of them one step on."""
-    seen = Trace(V.T * X * V)
-    return chain(
-        "",
-        says,
-        Trace(V.T * (X - F * X * F.T) * V),
-        Line(seen - Trace(M_c.T * V.T * X * V * M_c), by=(by,)),
-        Cyclic((1 - c) * seen, by=(turn,)),
-    )
+    shown = derive("", says, Trace(V.T * (X - F * X * F.T) * V))
+    return shown.use(by).use(turn)
 
 
 MODES = {W_r: [[0, 0], [-1, 0]], M_c: [[1, 0], [0, -1]], Qt: [[1, 0], [0, 1]]}
@@ -67,14 +57,16 @@ page(turn, is_Ae)
 own = page(suppose(Ae * V_e, V_e * M_c))
 page(is_M2, is_root_R)
 loses = page(grown("what the dual shows of the modes", P2, Ae.T, V_e, own))
-page.chain(
-    "4.7",
-    "the estimator's modes lie in the closed disk",
-    (1 - c) * Trace(V_e.T * P2 * V_e),
-    Line(loses.left, by=(loses,)),
-    Line(Trace(V_e.T * M2 * V_e), by=(duals,)),
-    Line(Trace(V_e.T * Ce.T * R * Ce * V_e), by=(is_M2,)),
-    AtLeast(0, by=(is_root_R,), root=V_e.T * Ce.T * root_R),
+page(
+    derive(
+        "4.7",
+        "the estimator's modes lie in the closed disk",
+        (1 - c) * Trace(V_e.T * P2 * V_e),
+    )
+    .fold(loses)
+    .fold(duals)
+    .put(is_M2)
+    .drop(is_root_R)
 )
 
 page("""So `c` is at most 1, because `P_2` is definite. Where it is 1, the square is
@@ -84,65 +76,52 @@ page("""Before a measurement corrects it, the estimator moves by `Phi`. The mome
     driven by the innovation alone.""")
 is_Phi = page(let(Phi, Gam * A * G.T))
 page(is_Q12, is_Qe, is_N2, is_N12)
-corrected = page.chain(
-    "3.10'",
-    "the estimator before its correction",
-    Phi - Be * C * G.T,
-    Line(Gam * A * G.T - Be * C * G.T, by=(is_Phi,)),
-    Line(Ae, by=(is_Ae,)),
+corrected = page(
+    derive("3.10'", "the estimator before its correction", Phi - Be * C * G.T)
+    .put(is_Phi)
+    .fold(is_Ae)
 )
-inner = page.chain(
-    "4.6",
-    "the moment of the estimator by the innovation",
-    Q2,
-    Line(Ae * Q2 * Ae.T + N2, by=(moments,)),
-    Line(Ae * Q2 * Ae.T + is_N2.right, by=(is_N2,)),
-    Line(
-        (Phi - Be * C * G.T) * Q2 * (Phi - Be * C * G.T).T
-        + Be * C * G.T * Q2 * (Phi - Be * C * G.T).T
-        + (Phi - Be * C * G.T) * Q2 * G * C.T * Be.T
-        + Be * Qyy * Be.T,
-        by=(corrected, is_Q12),
-    ),
-    Line(Phi * Q2 * Phi.T + Be * V2s * Be.T, by=(split, is_Qe)),
+inner = page(
+    derive("4.6", "the moment of the estimator by the innovation", Q2)
+    .put(moments)
+    .put(is_N2)
+    .use(is_Q12)
+    .fold(corrected)
+    .use(split, is_Qe)
 )
-mixed = page.chain(
-    "4.6",
-    "the mixed moment by the innovation",
-    Q12,
-    Line(A * Q12 * Ae.T + N12, by=(moments,)),
-    Line(A * Q12 * Ae.T + Qxy_next * Be.T, by=(is_N12,)),
-    Line(
-        A * G.T * Q2 * (Phi - Be * C * G.T).T + (Qs + A * Q_e * C.T) * Be.T,
-        by=(corrected, is_Q12, next_split),
-    ),
-    Line(A * G.T * Q2 * Phi.T + Qs * Be.T, by=(is_Qe,)),
+mixed = page(
+    derive("4.6", "the mixed moment by the innovation", Q12)
+    .put(moments)
+    .put(is_N12)
+    .fold(corrected)
+    .put(is_Q12, next_split)
+    .use(is_Qe)
 )
 
 page("So the modes of `Phi` lie in the closed disk as well.")
 page(is_root_V)
 turned = page(suppose(Phi.T * V_e, V_e * M_c))
 shows = page(grown("what the moment shows of the modes", Q2, Phi, V_e, turned))
-page.chain(
-    "4.6",
-    "the modes before the correction lie in the closed disk",
-    (1 - c) * Trace(V_e.T * Q2 * V_e),
-    Line(shows.left, by=(shows,)),
-    Line(Trace(V_e.T * Be * V2s * Be.T * V_e), by=(inner,)),
-    AtLeast(0, by=(is_root_V,), root=V_e.T * Be * root_V),
+page(
+    derive(
+        "4.6",
+        "the modes before the correction lie in the closed disk",
+        (1 - c) * Trace(V_e.T * Q2 * V_e),
+    )
+    .fold(shows)
+    .use(inner)
+    .drop(is_root_V)
 )
 
 page("""Where `c` is 1, the square is zero: `B_e' V_e = 0`. Then `G' Q_2 V_e` spans
     modes of the plant. The plant is stable and has none of modulus one, so `Phi` has
     none.""")
 unmoved = page(suppose(Be.T * V_e, ZeroMatrix(l, k)))
-page.chain(
-    "",
-    "modes before the correction are modes of the plant",
-    G.T * Q2 * V_e,
-    Line(Q12 * V_e, by=(is_Q12,)),
-    Line((A * G.T * Q2 * Phi.T + Qs * Be.T) * V_e, by=(mixed,)),
-    Line(A * (G.T * Q2 * V_e) * M_c, by=(unmoved, turned)),
+page(
+    derive("", "modes before the correction are modes of the plant", G.T * Q2 * V_e)
+    .fold(is_Q12)
+    .put(mixed)
+    .use(unmoved, turned)
 )
 
 page("""The estimator is stable also if the joint covariance of the noises is definite,
@@ -153,32 +132,29 @@ is_root_W = page(suppose(W, W_r * W_r.T))
 page(is_steady)
 joint = page(suppose(At.T * V_w, V_w * M_c))
 whole = page(grown("what the moment of both shows of the modes", Qt, At, V_w, joint))
-reached = page.chain(
-    "section 2",
-    "the covariance of the additive noise from that of the noises",
-    Wt,
-    Substitute(Bt * W * Bt.T, by=(is_Wt, is_Bt, is_W)),
-)
-page.chain(
-    "4.4",
-    "the modes of both lie in the closed disk",
-    (1 - c) * Trace(V_w.T * Qt * V_w),
-    Line(whole.left, by=(whole,)),
-    Line(Trace(V_w.T * (At1 * Qt * At1.T + Wt) * V_w), by=(is_steady,)),
-    AtLeast(Trace(V_w.T * Wt * V_w), by=(is_root_Qt,), root=V_w.T * At1 * root_Qt),
-    Line(Trace(V_w.T * Bt * W * Bt.T * V_w), by=(reached,)),
-    AtLeast(0, by=(is_root_W,), root=V_w.T * Bt * W_r),
-    witness=MODES,
+says = "the covariance of the additive noise from that of the noises"
+reached = page(derive("section 2", says, Wt).by(Bt * W * Bt.T, is_Wt, is_Bt, is_W))
+page(
+    derive(
+        "4.4",
+        "the modes of both lie in the closed disk",
+        (1 - c) * Trace(V_w.T * Qt * V_w),
+        witness=MODES,
+    )
+    .fold(whole)
+    .fold(is_steady)
+    .drop(is_root_Qt)
+    .use(reached)
+    .drop(is_root_W)
 )
 
 page("""Where `c` is 1, both squares are zero, and with `W` definite `B_tilde' V_w = 0`.
     By blocks this is `V_x = 0` and `B_e' V_e = 0`.""")
 by_rows = page(suppose(V_w, BlockMatrix([[V_x], [V_e]])))
-page.chain(
-    "section 2",
-    "how the noises reach the modes",
-    Bt.T * V_w,
-    Substitute(BlockMatrix([[V_x], [Be.T * V_e]]), by=(is_Bt, by_rows)),
+page(
+    derive("section 2", "how the noises reach the modes", Bt.T * V_w).multiply(
+        is_Bt, by_rows
+    )
 )
 
 page("""A mode of `A_e'` of modulus one has such a `V_w`, because `A` has no mode in
@@ -186,22 +162,15 @@ page("""A mode of `A_e'` of modulus one has such a `V_w`, because `A` has no mod
     none.""")
 seen = page(suppose(Ae.T * V_e, V_e * M_c))
 solved = page(suppose(A.T * V_x + C.T * Be.T * V_e, V_x * M_c))
-page.chain(
-    "section 2",
-    "the modes of both from those of the estimator",
-    At.T * V_w,
-    Substitute(
-        BlockMatrix([[A.T * V_x + C.T * Be.T * V_e], [Ae.T * V_e]]),
-        by=(is_At, by_rows),
-    ),
-    Line(BlockMatrix([[V_x * M_c], [V_e * M_c]]), by=(solved, seen)),
-    Substitute(V_w * M_c, by=(by_rows,)),
+page(
+    derive("section 2", "the modes of both from those of the estimator", At.T * V_w)
+    .multiply(is_At, by_rows)
+    .use(solved, seen)
+    .by(V_w * M_c, by_rows)
 )
-page.chain(
-    "3.10'",
-    "a mode that is not corrected",
-    Phi.T * V_e,
-    Line((Ae + Be * C * G.T).T * V_e, by=(corrected,)),
-    Line(Ae.T * V_e, by=(unmoved,)),
-    Line(V_e * M_c, by=(seen,)),
+page(
+    derive("3.10'", "a mode that is not corrected", Phi.T * V_e)
+    .use(corrected)
+    .use(unmoved)
+    .use(seen)
 )

@@ -8,15 +8,11 @@ Source: Haddad and Bernstein (1987), sections 2 to 4, (3.10)-(3.13), remark 3.1.
 
 from functools import cache
 
-from matrixproof import Expect, Line, Page, Solve, Stage, ZeroMatrix
+from matrixproof import Page, Solve, Stage, ZeroMatrix
 
 from .augmented import is_Qxy, is_Qxy_next, is_Qyy, is_uv, is_vv
 from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe
 from .letters import *
-
-hardly = Ae - (Gam * A * G.T - Be * C * G.T)
-missing = Ce - (L - De * C) * G.T
-
 
 page = Page(letters=letters, source=SOURCE)
 
@@ -45,201 +41,120 @@ is_Qs = page(let(Qs, A * Q * C.T + V12, "section 2"))
 is_V2s = page(let(V2s, C * Q * C.T + V2, "section 2"))
 is_K = page(suppose(Kq * V2s, Qs))
 is_Aq = page(let(Aq, A - Kq * C))
-innovation_next = page.chain(
-    "section 2",
-    "next state and innovation",
-    (A * xh + A * eps + u) * (C * eps + v).T,
-    Expect(
-        A * Q * C.T + V12,
-        moments=(is_eps, is_uv, orthogonal, fresh_eps, fresh_xh, past_eps),
-    ),
-    Line(Qs, by=(is_Qs,)),
+innovation_next = page(
+    derive(
+        "section 2",
+        "next state and innovation",
+        (A * xh + A * eps + u) * (C * eps + v).T,
+    )
+    .expect(is_eps, is_uv, orthogonal, fresh_eps, fresh_xh, past_eps)
+    .fold(is_Qs)
 )
-innovation = page.chain(
-    "section 2",
-    "the innovation with itself",
-    (C * eps + v) * (C * eps + v).T,
-    Expect(C * Q * C.T + V2, moments=(is_eps, is_vv, fresh_eps)),
-    Line(V2s, by=(is_V2s,)),
+innovation = page(
+    derive("section 2", "the innovation with itself", (C * eps + v) * (C * eps + v).T)
+    .expect(is_eps, is_vv, fresh_eps)
+    .fold(is_V2s)
 )
 
 page("The moments of the measurement split in the same way.")
 page(is_Qxy, is_Qxy_next, is_Qyy)
-next_split = page.chain(
-    "",
-    "next state and measurement, split",
-    Qxy_next,
-    Line(A * Q1 * C.T + V12, by=(is_Qxy_next,)),
-    Line(A * Q * C.T + A * Q_e * C.T + V12, by=(is_Q1,)),
-    Line(Qs + A * Q_e * C.T, by=(is_Qs,)),
+next_split = page(
+    derive("", "next state and measurement, split", is_Qxy_next)
+    .put(is_Q1)
+    .expand()
+    .fold(is_Qs)
 )
-split = page.chain(
-    "",
-    "the measurement with itself, split",
-    Qyy,
-    Line(C * Q1 * C.T + V2, by=(is_Qyy,)),
-    Line(C * Q * C.T + C * Q_e * C.T + V2, by=(is_Q1,)),
-    Line(V2s + C * Q_e * C.T, by=(is_V2s,)),
+split = page(
+    derive("", "the measurement with itself, split", is_Qyy)
+    .put(is_Q1)
+    .expand()
+    .fold(is_V2s)
 )
 
 page("""In these letters the first gradient is a product. Its outer factors have
-    inverses, so it vanishes for one `A_e` alone.""")
-page(is_gradAe)
-in_Ae = page.chain(
-    "4.8",
-    "the first gradient in these letters",
-    gradAe,
-    Line(is_gradAe.right, by=(is_gradAe,)),
-    Line(2 * P2 * hardly * Q2, by=(is_Q12, is_P12)),
+    inverses. The second has terms of the first in it.""")
+page(is_gradAe, is_gradBe)
+in_Ae = page(
+    derive("4.8", "the first gradient in these letters", is_gradAe)
+    .put(is_Q12, is_P12)
+    .factor()
+)
+in_Be = page(
+    derive("4.9", "the second gradient in these letters", is_gradBe)
+    .put(next_split, split)
+    .put(is_Q12, is_P12, is_Qe)
+    .factor()
 )
 
-page("Suppose that it vanishes.")
+page("Suppose that the first vanishes. Then it is solved for `A_e`.")
 with page.scope(suppose(gradAe, ZeroMatrix(r, r), "4.8")) as no_slope_Ae:
-    page.chain(
-        "3.10'",
-        "the estimator's own matrix from its gradient",
-        Ae,
-        Line(Ae - P2.I * gradAe * Q2.I / 2, by=(no_slope_Ae,)),
-        Line(Gam * A * G.T - Be * C * G.T, by=(in_Ae,)),
-    )
+    says = "the estimator's own matrix from its gradient"
+    from_Ae = page(in_Ae.solved(Ae, no_slope_Ae, "3.10'", says))
 
-page("Conversely, with this matrix it vanishes.")
-is_Ae = page(let(Ae, Gam * A * G.T - Be * C * G.T, "3.10'"))
-zero_Ae = page.chain(
-    "3.10'",
-    "where the first gradient vanishes",
-    gradAe,
-    Line(2 * P2 * hardly * Q2, by=(in_Ae,)),
-    Line(ZeroMatrix(r, r), by=(is_Ae,)),
-)
+    page("Suppose that the second vanishes, too. One `B_e` is left.")
+    with page.scope(suppose(gradBe, ZeroMatrix(r, l), "4.9")) as no_slope_Be:
+        left_Be = page(
+            derive("4.9", "the second gradient where the first vanishes", in_Be)
+            .use(from_Ae)
+            .fold(is_K)
+            .factor()
+        )
+        says = "the input matrix from the gradients"
+        from_Be = page(left_Be.solved(Be, no_slope_Be, "3.11", says))
 
-page("""The second gradient has the first one's factor in it. Where both vanish, one
-    `B_e` is left.""")
-page(is_gradBe)
-in_Be = page.chain(
-    "4.9",
-    "the second gradient in these letters",
-    gradBe,
-    Line(is_gradBe.right, by=(is_gradBe,)),
-    Line(
-        2 * (P12.T * (Qs + A * Q_e * C.T))
-        + 2 * P2 * (Be * (V2s + C * Q_e * C.T) + Ae * Q12.T * C.T),
-        by=(next_split, split),
-    ),
-    Line(
-        2 * P2 * (Be * V2s - Gam * Qs) + 2 * P2 * hardly * Q2 * G * C.T,
-        by=(is_Q12, is_P12, is_Qe),
-    ),
-)
-
-page("Suppose that this one vanishes, too.")
-no_slope_Be = suppose(gradBe, ZeroMatrix(r, l), "4.9")
-with page.scope(no_slope_Ae, no_slope_Be):
-    page.chain(
-        "3.11",
-        "the input matrix from the gradients",
-        Be,
-        Line(
-            Be - P2.I * (gradBe - gradAe * G * C.T) * V2s.I / 2,
-            by=(no_slope_Ae, no_slope_Be),
-        ),
-        Line(Gam * Qs * V2s.I, by=(in_Ae, in_Be)),
-        Line(Gam * Kq, by=(is_K,)),
-    )
-
-page("Conversely, with these two matrices it vanishes.")
-is_Be = page(let(Be, Gam * Kq, "3.11"))
-zero_Be = page.chain(
-    "3.11",
-    "where the second gradient vanishes",
-    gradBe,
-    Line(in_Be.right, by=(in_Be,)),
-    Line(2 * P2 * (Be * V2s - Gam * Qs), by=(is_Ae,)),
-    Line(2 * P2 * (Be - Gam * Kq) * V2s, by=(is_K,)),
-    Line(ZeroMatrix(r, l), by=(is_Be,)),
+page("Conversely, with these two matrices both vanish.")
+is_Ae = page(let(Ae, from_Ae.right, "3.10'"))
+is_Be = page(let(Be, from_Be.right, "3.11"))
+zero_Ae = page(derive("3.10'", "where the first gradient vanishes", in_Ae).use(is_Ae))
+zero_Be = page(
+    derive("3.11", "where the second gradient vanishes", in_Be)
+    .use(is_Ae)
+    .fold(is_K)
+    .use(is_Be)
 )
 
 page("With this `B_e` the estimator's own matrix has the paper's form.")
-gain_Ae = page.chain(
-    "3.10",
-    "the estimator's own matrix",
-    Ae,
-    Line(Gam * A * G.T - Be * C * G.T, by=(is_Ae,)),
-    Line(Gam * (A - Kq * C) * G.T, by=(is_Be,)),
-    Line(Gam * Aq * G.T, by=(is_Aq,)),
+gain_Ae = page(
+    derive("3.10", "the estimator's own matrix", is_Ae).put(is_Be).factor().fold(is_Aq)
 )
 
-page("The gradient in the output matrix is a product, too.")
-page(is_gradCe)
-in_Ce = page.chain(
-    "4.10",
-    "the third gradient in these letters",
-    gradCe,
-    Line(is_gradCe.right, by=(is_gradCe,)),
-    Line(2 * R * missing * Q2, by=(is_Q12,)),
+page("""The gradient in the output matrix is a product, too, and the last one has terms
+    of it.""")
+page(is_gradCe, is_gradDe)
+in_Ce = page(
+    derive("4.10", "the third gradient in these letters", is_gradCe)
+    .put(is_Q12)
+    .factor()
+)
+in_De = page(
+    derive("4.11", "the last gradient in these letters", is_gradDe)
+    .put(split, is_Qxy, is_Q1)
+    .put(is_Q12, is_Qe)
+    .factor()
 )
 
-page("Suppose that it vanishes.")
+page("Suppose that the third vanishes. Then it is solved for `C_e`.")
 with page.scope(suppose(gradCe, ZeroMatrix(q, r), "4.10")) as no_slope_Ce:
-    page.chain(
-        "3.12",
-        "the output matrix from its gradient",
-        Ce,
-        Line(Ce - R.I * gradCe * Q2.I / 2, by=(no_slope_Ce,)),
-        Line((L - De * C) * G.T, by=(in_Ce,)),
-    )
+    says = "the output matrix from its gradient"
+    from_Ce = page(in_Ce.solved(Ce, no_slope_Ce, "3.12", says))
 
-page("Conversely, with this matrix it vanishes.")
+    page("""Suppose that the last vanishes, too. Then the static gain is a regression
+        of `L eps` on the innovation.""")
+    with page.scope(suppose(gradDe, ZeroMatrix(q, l), "4.11")) as no_slope_De:
+        left_De = page(
+            derive("4.11", "the last gradient where the third vanishes", in_De)
+            .use(from_Ce)
+            .factor()
+        )
+        says = "the static gain from the gradients"
+        from_De = page(left_De.solved(De, no_slope_De, "3.13", says))
+
+page("Conversely, with these two matrices both vanish.")
 is_Ce = page(let(Ce, (L - De * C) * G.T, "3.12"))
-zero_Ce = page.chain(
-    "3.12",
-    "where the third gradient vanishes",
-    gradCe,
-    Line(2 * R * missing * Q2, by=(in_Ce,)),
-    Line(ZeroMatrix(q, r), by=(is_Ce,)),
-)
-
-page("""The last gradient has that product in it. Where both vanish, the static gain is
-    a regression of `L eps` on the innovation.""")
-page(is_gradDe)
-in_De = page.chain(
-    "4.11",
-    "the last gradient in these letters",
-    gradDe,
-    Line(is_gradDe.right, by=(is_gradDe,)),
-    Line(
-        2 * R * (De * (V2s + C * Q_e * C.T) + Ce * Q12.T * C.T - L * Q1 * C.T),
-        by=(split, is_Qxy),
-    ),
-    Line(
-        2 * R * (De * V2s - L * Q * C.T) + 2 * R * missing * Q2 * G * C.T,
-        by=(is_Q12, is_Qe, is_Q1),
-    ),
-)
-
-page("Suppose that this one vanishes, too.")
-no_slope_De = suppose(gradDe, ZeroMatrix(q, l), "4.11")
-with page.scope(no_slope_Ce, no_slope_De):
-    page.chain(
-        "3.13",
-        "the static gain from the gradients",
-        De,
-        Line(
-            De - R.I * (gradDe - gradCe * G * C.T) * V2s.I / 2,
-            by=(no_slope_Ce, no_slope_De),
-        ),
-        Line(L * Q * C.T * V2s.I, by=(in_Ce, in_De)),
-    )
-
-page("Conversely, with these two matrices it vanishes.")
-is_De = page(suppose(De * V2s, L * Q * C.T, "3.13"))
-zero_De = page.chain(
-    "3.13",
-    "where the last gradient vanishes",
-    gradDe,
-    Line(in_De.right, by=(in_De,)),
-    Line(2 * R * (De * V2s - L * Q * C.T), by=(is_Ce,)),
-    Line(ZeroMatrix(q, l), by=(is_De,)),
+is_De = page(suppose(*from_De.relation, "3.13"))
+zero_Ce = page(derive("3.12", "where the third gradient vanishes", in_Ce).use(is_Ce))
+zero_De = page(
+    derive("3.13", "where the last gradient vanishes", in_De).use(is_Ce).use(is_De)
 )
 
 
