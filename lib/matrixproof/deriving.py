@@ -763,11 +763,11 @@ def folded(algebra, expr, relation):
         new, old, value = (algebra.normal(e) for e in (*relation, seen))
     except TypeError:  # what is inverted needs a letter first
         return seen
-    found = exchanged(value, old, new)
+    found = exchanged(value, old, new, parts=seen == expr)
     return as_before(found, seen) if found else seen
 
 
-def exchanged(value, old, new):
+def exchanged(value, old, new, parts=True):
     """A normal form with a sum replaced, or else the longest of its products."""
     if isinstance(old, Blocks):
         if isinstance(new, Blocks) and not isinstance(value, Blocks):
@@ -776,7 +776,7 @@ def exchanged(value, old, new):
         return new if same and (value - old).is_zero else None
     patterns = [Pattern(old, new), Pattern(old.T, new.T)]
     found = replaced(value, patterns)
-    for k in range(len(old.terms)):
+    for k in range(len(old.terms) if parts else 0):
         found = found or replaced(value, [pattern.solved(k) for pattern in patterns])
     return found
 

@@ -70,24 +70,22 @@ output = page(
 )
 
 
-def slope(number, says, of, gain):
-    """The gradient of a trace in one gain, as the machine finds it."""
-    return page(derive(number, says, of).gradient(gain))
+def slope(number, says, of, gain, letter):
+    """The gradient of a trace in one gain, as the machine finds it, and its letter."""
+    found = derive(number, says, of).gradient(gain)
+    named = page(let(letter, found.right, number))
+    return page(found.fold(named)), named
 
 
-slope_Ae = slope("4.8", "the gradient in the estimator's own matrix", constraint, Ae)
-slope_Be = slope("4.9", "the gradient in its input matrix", constraint, Be)
-slope_Ce = slope("4.10", "the gradient in its output matrix", output, Ce)
-slope_De = slope("4.11", "the gradient in its static gain", output, De)
+says = "the gradient in the estimator's own matrix"
+slope_Ae, is_gradAe = slope("4.8", says, constraint, Ae, gradAe)
+says = "the gradient in its input matrix"
+slope_Be, is_gradBe = slope("4.9", says, constraint, Be, gradBe)
+says = "the gradient in its output matrix"
+slope_Ce, is_gradCe = slope("4.10", says, output, Ce, gradCe)
+says = "the gradient in its static gain"
+slope_De, is_gradDe = slope("4.11", says, output, De, gradDe)
 SLOPES = (slope_Ae, slope_Be, slope_Ce, slope_De)
-
-page("The gradients get letters.")
-is_gradAe, is_gradBe, is_gradCe, is_gradDe = page(
-    *(
-        let(grad, found.right, found.number)
-        for grad, found in zip((gradAe, gradBe, gradCe, gradDe), SLOPES)
-    )
-)
 
 
 @cache

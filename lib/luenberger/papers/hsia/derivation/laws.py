@@ -12,36 +12,19 @@ from functools import cache
 
 import sympy as sp
 
-from matrixproof import Explicit, Gradient, Line, Page, Positive
+from matrixproof import Explicit, Page, Positive
 
 from .letters import *
 
-# J, the law T_s that it leads to, and kappa with dJ/dT = kappa (T - T_s)
-LAWS = {
+COSTS = {
     # error reached, squared, + (departure from the longest period)^2
-    "quadratic": {
-        J: rho**2 * T**2 / 2 + (T_max - T) ** 2 / (2 * alpha),
-        T_s: T_max / (alpha * rho**2 + 1),
-        kappa: rho**2 + 1 / alpha,
-    },
+    "quadratic": rho**2 * T**2 / 2 + (T_max - T) ** 2 / (2 * alpha),
     # area of the error, int_0^T rho t dt, + (departure)^2
-    "absolute": {
-        J: rho * T**2 / 2 + (T_max - T) ** 2 / (2 * alpha),
-        T_s: T_max / (alpha * rho + 1),
-        kappa: rho + 1 / alpha,
-    },
+    "absolute": rho * T**2 / 2 + (T_max - T) ** 2 / (2 * alpha),
     # error reached, rho T, + price of sampling 1 / T times a second
-    "root": {
-        J: rho * T + C**2 / T,
-        T_s: C / sp.sqrt(rho),
-        kappa: rho * (T + C / sp.sqrt(rho)) / T**2,
-    },
+    "root": rho * T + C**2 / T,
     # error reached + (departure)^2
-    "linear": {
-        J: rho * T + (T_max - T) ** 2 / (2 * K),
-        T_s: T_max - K * rho,
-        kappa: 1 / K,
-    },
+    "linear": rho * T + (T_max - T) ** 2 / (2 * K),
 }
 FAMILY = {
     "quadratic": {a: 2, b: 1, s: 1, k: 1, lam: 1 / alpha},
@@ -63,7 +46,23 @@ TABLE_II = {
 
 def number(law):
     """Where the table has a law."""
-    return f"Table II law {1 + list(LAWS).index(law)}"
+    return f"Table II law {1 + list(COSTS).index(law)}"
+
+
+def slope(law):
+    """The slope of the cost of a law, as SymPy finds it."""
+    cost = periods.derive(number(law), "the slope of its cost", COSTS[law])
+    return cost.gradient(T)
+
+
+def found(law):
+    """The cost J, the law T_s where its slope vanishes, and kappa: J' / (T - T_s)."""
+    period = slope(law).solve(T).right
+    steep = sp.factor(sp.simplify(slope(law).right / (T - period)))
+    return {J: COSTS[law], T_s: period, kappa: steep}
+
+
+LAWS = {law: found(law) for law in COSTS}
 
 
 @cache
@@ -72,12 +71,6 @@ def best(law: str) -> Explicit:
     says = "its cost falls before the law and rises after it"
     slope = sp.Derivative(J, T)
     return Explicit(number(law), says, slope, kappa * (T - T_s), {"": LAWS[law]})
-
-
-def slope_of(law, *lines):
-    """The chain from the cost of a law to a slope in which the law can be seen."""
-    says = "the slope of its cost"
-    return periods.chain(number(law), says, LAWS[law][J], *lines)
 
 
 def of_each(*wanted):
@@ -156,50 +149,20 @@ page("""The laws of the table are four of this family. The cost of each can be w
     down at once. Law 1: the error that is reached, squared, and the departure from the
     longest period, squared. The slope is put in factors, and the law is the period at
     which one of them is zero.""")
-page(
-    slope_of(
-        "quadratic",
-        Gradient(rho**2 * T + (T - T_max) / alpha, of=T),
-        Line((rho**2 + 1 / alpha) * T - T_max / alpha, why="collect the period"),
-        Line((rho**2 + 1 / alpha) * (T - T_max / (alpha * rho**2 + 1)), why="factor"),
-    )
-)
+page(slope("quadratic").factor())
 page(best("quadratic"))
 
 page("Law 2: the area under the error, and the departure squared.")
-page(
-    slope_of(
-        "absolute",
-        Gradient(rho * T + (T - T_max) / alpha, of=T),
-        Line((rho + 1 / alpha) * T - T_max / alpha, why="collect the period"),
-        Line((rho + 1 / alpha) * (T - T_max / (alpha * rho + 1)), why="factor"),
-    )
-)
+page(slope("absolute").factor())
 page(best("absolute"))
 
 page("""Law 3: the error that is reached, and a price for each sample a second. A period
     is positive, so that only one of the two roots is one.""")
-page(
-    slope_of(
-        "root",
-        Gradient(rho - C**2 / T**2, of=T),
-        Line(rho * (T**2 - C**2 / rho) / T**2, why="factor"),
-        Line(
-            rho * (T + C / sp.sqrt(rho)) * (T - C / sp.sqrt(rho)) / T**2,
-            why="a difference of squares",
-        ),
-    )
-)
+page(slope("root").factor())
 page(best("root"))
 
 page("Law 4: the error that is reached, and the departure squared.")
-page(
-    slope_of(
-        "linear",
-        Gradient(rho + (T - T_max) / K, of=T),
-        Line((T - (T_max - K * rho)) / K, why="factor"),
-    )
-)
+page(slope("linear").factor())
 page(best("linear"))
 
 page("In each `kappa` is positive, so that the law is the minimum.")
