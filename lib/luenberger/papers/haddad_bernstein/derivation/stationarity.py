@@ -146,8 +146,10 @@ with page.scope(suppose(gradCe, ZeroMatrix(q, r), "4.10")) as no_slope_Ce:
             .use(from_Ce)
             .factor()
         )
-        says = "the static gain from the gradients"
+        says = "the equation of the static gain"
         from_De = page(left_De.solved(De, no_slope_De, "3.13", says))
+        says = "the static gain from the gradients"
+        page(derive("3.13", says, De).by(L * Q * C.T * V2s.I, from_De))
 
 page("Conversely, with these two matrices both vanish.")
 is_Ce = page(let(Ce, (L - De * C) * G.T, "3.12"))
