@@ -77,9 +77,10 @@ class Instance(Chain):
         waiting, found = list(super().relations), []
         while waiting:
             r = waiting.pop(0)
-            own = isinstance(r, Result) and isinstance(r.chain, Step)
-            waiting[:0] = r.chain.relations if own else ()
-            found += [] if own else [r]
+            if isinstance(r, Result) and isinstance(r.chain, Step):
+                waiting[:0] = r.chain.relations
+            else:
+                found.append(r)
         return tuple(dict.fromkeys(found))
 
     @property

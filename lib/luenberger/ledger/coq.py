@@ -31,7 +31,7 @@ class Written:
     lemmas: dict[str, int]
     left_out: tuple[tuple[str, str, str], ...]
 
-    def __str__(self):
+    def __str__(self) -> str:
         written, missing = sum(self.lemmas.values()), len(self.left_out)
         said = f"{written} of {written + missing} proofs on {len(self.lemmas)} pages "
         lines = [f"not written: {', '.join(one)}" for one in self.left_out]
@@ -72,7 +72,7 @@ def write(folder: str | Path, paper: str | None = None) -> Written:
     Path(folder).mkdir(parents=True, exist_ok=True)
     seen, lemmas, left_out = set[str](), {}, []
     for page, path in paths(folder, paper).items():
-        found = []
+        found: list[str] = []
         for proof in proofs(page):
             said = f"{proof.left} = {proof.right}"
             try:

@@ -101,5 +101,12 @@ page(
 root_decorrelation = page.program(
     "a factor of the process noise that is left", (Nw, Nv, J), is_what_is_left
 )
-square = {"same": {G * G.T: Qs}, "says": "a factor of the covariance of what is left"}
-page(*equivalent(root_decorrelation, decorrelation, *known, **square))
+page(
+    *equivalent(
+        root_decorrelation,
+        decorrelation,
+        *known,
+        same={G * G.T: Qs},
+        says="a factor of the covariance of what is left",
+    )
+)
