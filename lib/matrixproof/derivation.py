@@ -395,9 +395,12 @@ class Page(Derivation):
         >>> P_next = letters("P_next", n, n, "the same one step on", symmetric=True)
         >>> page = Page(letters=letters)
         >>> moves = page(letters.let(P_next, A * P * A.T))
-        >>> print(page.program("a step", (A, P), (moves, "(4)")))
+        >>> step = page.program("a step", (A, P), (moves, "(4)"))
+        >>> print(step)
         a step
           P₊ = A P A'  (4)
+        >>> step.stages[0].symmetric
+        True
         """
         symmetric = getattr(self.letters, "symmetric", ())
         made = tuple(assigned(stage, symmetric) for stage in stages)

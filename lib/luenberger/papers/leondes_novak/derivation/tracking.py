@@ -108,131 +108,72 @@ def limits():
 
 
 whole, alone = limits()
-EXAMPLE = "n = 3, p = 2"
 
 
 page = Page(letters=letters, source=f"{SOURCE}, section V")
+VALUES = {
+    dA: A_of.diff(t),
+    N_d: N_value,
+    A_t: A_of,
+    x_next: sp.Matrix([travelled, velocity + T * acceleration, acceleration + w_m]),
+    A_T: A_value,
+    x: sp.Matrix(state),
+    g: PUSH,
+    y_r: sp.Matrix([position, velocity]),
+    C_r: C_value,
+    D_v: sp.diag(s_x, s_v),
+    R: R_value,
+    C_3: C_3_value,
+    x_bar: start,
+    Y_3: Y_value,
+    x_printed: start_printed,
+    e_0: error_value,
+    G_n: G_value,
+    noises: noise_value,
+    D_n: deviations,
+    Sigma_0: Sigma_value,
+    Sigma_printed: covariance_printed,
+    K_l: whole,
+    K_p: alone,
+}
+
+
+def holds(number, says, left, right, **why):
+    """Write that two expressions are equal in the values of the example."""
+    values = {s: VALUES[s] for s in VALUES if left.has(s) or right.has(s)}
+    page(Explicit(number, says, left, right, {"n = 3, p = 2": values}, **why))
+
 
 page("""A target moves with constant acceleration between scans; a manoeuvre changes the
     acceleration at random. The state has position, velocity and acceleration. What
     moves it solves the equation of motion.""")
-page(
-    Explicit(
-        "54",
-        "the motion between scans",
-        dA,
-        N_d * A_t,
-        {EXAMPLE: {dA: A_of.diff(t), N_d: N_value, A_t: A_of}},
-    )
-)
-page(
-    Explicit(
-        "54",
-        "the state at the next scan",
-        x_next,
-        A_T * x + g * w_m,
-        {
-            EXAMPLE: {
-                x_next: sp.Matrix(
-                    [travelled, velocity + T * acceleration, acceleration + w_m]
-                ),
-                A_T: A_value,
-                x: sp.Matrix(state),
-                g: PUSH,
-            }
-        },
-    )
-)
+holds("54", "the motion between scans", dA, N_d * A_t)
+holds("54", "the state at the next scan", x_next, A_T * x + g * w_m)
 
 page("The radar measures position and velocity, with independent noises.")
-page(
-    Explicit(
-        "55",
-        "what the radar shows without noise",
-        y_r,
-        C_r * x,
-        {
-            EXAMPLE: {
-                y_r: sp.Matrix([position, velocity]),
-                C_r: C_value,
-                x: sp.Matrix(state),
-            }
-        },
-    )
-)
-page(
-    Explicit(
-        "56",
-        "the noises are independent",
-        D_v * D_v.T,
-        R,
-        {EXAMPLE: {D_v: sp.diag(s_x, s_v), R: R_value}},
-    )
-)
+holds("55", "what the radar shows without noise", y_r, C_r * x)
+holds("56", "the noises are independent", D_v * D_v.T, R)
 
 page("The last three positions determine a parabola, and the start is its state now.")
-page(
-    Explicit(
-        "57",
-        "the parabola meets all three positions",
-        C_3 * x_bar,
-        Y_3,
-        {EXAMPLE: {C_3: C_3_value, x_bar: start, Y_3: Y_value}},
-    )
-)
-page(
-    Explicit(
-        "57",
-        "the start is what the paper prints",
-        x_bar,
-        x_printed,
-        {EXAMPLE: {x_bar: start, x_printed: start_printed}},
-    )
-)
+holds("57", "the parabola meets all three positions", C_3 * x_bar, Y_3)
+holds("57", "the start is what the paper prints", x_bar, x_printed)
 
 page("""The state drops out of the error: what is left are the noises of three positions
     and of two manoeuvres.""")
-page(
-    Explicit(
-        "57",
-        "the error of the start holds noises only",
-        e_0,
-        G_n * noises,
-        {EXAMPLE: {e_0: error_value, G_n: G_value, noises: noise_value}},
-    )
-)
+holds("57", "the error of the start holds noises only", e_0, G_n * noises)
 
 page("""All five are independent, so the covariance is a sum of squares. It is what the
     paper prints.""")
-page(
-    Explicit(
-        "58",
-        "the covariance of the start",
-        G_n * D_n * (G_n * D_n).T,
-        Sigma_0,
-        {EXAMPLE: {G_n: G_value, D_n: deviations, Sigma_0: Sigma_value}},
-    )
-)
-page(
-    Explicit(
-        "58",
-        "the covariance is what the paper prints",
-        Sigma_0,
-        Sigma_printed,
-        {EXAMPLE: {Sigma_0: Sigma_value, Sigma_printed: covariance_printed}},
-    )
-)
+holds("58", "the covariance of the start", G_n * D_n * (G_n * D_n).T, Sigma_0)
+holds("58", "the covariance is what the paper prints", Sigma_0, Sigma_printed)
 
 page("""If the velocity is measured ever worse, the gain (33) goes to that from
     positions alone. Its lower rows are then the gain (37) of the observer of least
     order, and the whole is that of a Kalman filter without the velocity.""")
-page(
-    Explicit(
-        "33, 37, Fig. 3",
-        "a useless velocity leaves the gain from positions",
-        K_l,
-        K_p,
-        {EXAMPLE: {K_l: whole, K_p: alone}},
-        why="in the limit of infinite noise",
-    )
+holds(
+    "33, 37, Fig. 3",
+    "a useless velocity leaves the gain from positions",
+    K_l,
+    K_p,
+    why="in the limit of infinite noise",
 )
