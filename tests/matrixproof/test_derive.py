@@ -831,20 +831,13 @@ def test_the_smoother_is_found():
 
 
 def test_the_canonical_form_is_found():
-    """Kawazoe (9)-(11): the rows of the search, and the plant in their coordinates."""
-    k, begin = form, form.letters.derive
-    inner = begin("11", "not the last row", k.e_k * k.P * k.A).use(k.goes_on)
-    inner = inner.fold(k.shifts)
-    last = begin("11", "the last row of a block", k.e_p * k.P * k.A).use(k.is_last)
-    last = last.fold(k.is_full)
-    moved_ = begin("9", "the plant", k.w_next).put(k.is_w_next, k.is_x).expand()
-    moved_ = moved_.use(k.turned).fold(k.is_w, k.is_G)
-    read = begin("10", "the measurement", k.y).put(k.is_y, k.read).fold(k.is_w)
-    assert inner.right == k.e_k * k.Phi * k.P
-    assert last.right == k.e_p * k.Phi * k.P
-    assert moved_.right == k.Phi * k.w + k.G * k.u
-    assert read.right == k.H * k.w
-    assert [x.check() for x in (inner, last, moved_, read)] == [[]] * 4
+    """Kawazoe (11): from the order of the search, with one line that is inserted."""
+    k = form
+    split = (k.E_0.T * k.E_0 + k.E_p.T * k.E_p) * k.P * k.A
+    found = k.letters.derive("11", "", k.P * k.A).insert(split, k.whole).expand()
+    found = found.use(k.goes_on, k.ends).fold(k.is_Z, k.is_Phi)
+    assert found.right == k.Phi * k.P and found.check() == []
+    assert [line.right for line in found.lines] == [x.right for x in k.turned.lines]
 
 
 # -- letters of one's own -------------------------------------------------------------
