@@ -8,7 +8,7 @@ Source: our own; the push is that of the filter of Leondes and Novak (1974), (30
 
 from sympy import Trace, symbols
 
-from matrixproof import AtLeast, Identity, Line, Page, ZeroMatrix, plus
+from matrixproof import Identity, Page, ZeroMatrix
 
 from .letters import *
 
@@ -86,38 +86,15 @@ page(
         S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
     ).use(push, unseen)
 )
-page(
+spread = page(
     derive(
         "",
         "what it differs by has a covariance",
         (Gamma_1 * S_1 * rho_s + Phat * z) * (Gamma_1 * S_1 * rho_s + Phat * z).T,
     ).expect(is_R_s, is_Z, is_z)
 )
-page.chain(
-    "",
-    "and costs least without the free part",
-    Trace(
-        W_e
-        * (
-            Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T
-            + Gamma_1 * S_1 * Z_z * Phat.T
-            + Phat * Z_z.T * S_1.T * Gamma_1.T
-            + Phat * L_z * L_z.T * Phat.T
-        )
-    ),
-    Line(
-        plus(
-            Trace(W_e * Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T),
-            Trace(W_e * Phat * L_z * L_z.T * Phat.T),
-        ),
-        by=(shortest,),
-    ),
-    AtLeast(
-        Trace(W_e * Gamma_1 * S_1 * R_s * S_1.T * Gamma_1.T),
-        by=(root_W,),
-        root=L_W.T * Phat * L_z,
-    ),
-)
+says = "and costs least without the free part"
+page(derive("", says, Trace(W_e * spread.right)).use(shortest).drop(root_W, of=L_z))
 
 page("So the estimate is pushed, and its covariance grows by what the push lets in.")
 pushed = page(let(x_c, x_s + Gamma_1 * S_1 * rho_s))

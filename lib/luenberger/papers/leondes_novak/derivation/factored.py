@@ -11,7 +11,7 @@ sections V.3 and VI.4; Thornton (1976).
 
 from sympy import symbols
 
-from matrixproof import Identity, Line, Page
+from matrixproof import Identity, Page
 
 from .letters import *
 
@@ -95,22 +95,12 @@ page("""A prediction has the covariance `W_0 D_q W_0'`, with `W_0 = [A U, G]` an
 is_delta = page(suppose(w_j.T * D_q * w_j, delta * Identity(1)))
 is_t = page(suppose(W_0 * D_q * w_j, delta * t_j))
 is_W_1 = page(let(W_1, W_0 - t_j * w_j.T))
-page.chain(
-    "44",
-    "one row of a prediction",
-    W_1 * D_q * W_1.T + delta * t_j * t_j.T,
-    Line(
-        (W_0 - t_j * w_j.T) * D_q * (W_0 - t_j * w_j.T).T + delta * t_j * t_j.T,
-        by=(is_W_1,),
-    ),
-    Line(
-        W_0 * D_q * W_0.T
-        - 2 * delta * t_j * t_j.T
-        + t_j * w_j.T * D_q * w_j * t_j.T
-        + delta * t_j * t_j.T,
-        by=(is_t,),
-    ),
-    Line(W_0 * D_q * W_0.T, by=(is_delta,)),
+page(
+    derive("44", "one row of a prediction", W_1 * D_q * W_1.T + delta * t_j * t_j.T)
+    .put(is_W_1)
+    .expand()
+    .use(is_t)
+    .use(is_delta)
 )
 page(
     derive("", "nothing of the last row is left", W_1 * D_q * w_j).use(
