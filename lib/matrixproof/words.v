@@ -34,6 +34,8 @@ Lemma n1 : 1 = one. Proof. by []. Qed.
 Lemma nS n : n.+1%:R = add one n%:R. Proof. exact: mulrS. Qed.
 Lemma nA m n : (m + n)%:R = add m%:R n%:R. Proof. exact: natrD. Qed.
 Lemma nO : 0%:R = zero. Proof. by []. Qed.
+Definition natural n : F := n%:R.
+Lemma nZ n : n%:R = natural n. Proof. by []. Qed.
 Lemma nX x n : x ^+ n.+1 = mul x (x ^+ n). Proof. exact: exprS. Qed.
 Lemma nXO x : x ^+ 0 = one. Proof. by []. Qed.
 
@@ -113,8 +115,8 @@ Ltac multiply := rewrite ?(mulmxDl, mulmxDr, mulmxN, mulNmx, mulmx0, mul0mx, mul
 Ltac multiply_in H := rewrite ?(mulmxDl, mulmxDr, mulmxN, mulNmx, mulmx0, mul0mx,
   mulmx1, mul1mx, scaled, scaled_behind, mulmxA, turnedD, turnedN, turnedZ, turnedM,
   trmxK, trmx1, trmx0) in H.
-Ltac plain := rewrite ?(nT, nD, nN, nM, nV, nX, nXO, nA, nS, nO, n0, n1).
-Ltac plain_in H := rewrite ?(nT, nD, nN, nM, nV, nX, nXO, nA, nS, nO, n0, n1) in H.
+Ltac plain := rewrite ?(nT, nD, nN, nM, nV, nX, nXO, nA, nS, nO, n0, n1, nZ).
+Ltac plain_in H := rewrite ?(nT, nD, nN, nM, nV, nX, nXO, nA, nS, nO, n0, n1, nZ) in H.
 
 (* The claim, at an entry; then a term of the certificate, at the same entry. *)
 Ltac entry_of i j :=

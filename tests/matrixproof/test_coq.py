@@ -26,6 +26,7 @@ PROVED = {
     "blocks": prove(grid * grid.T, squared),
     "traces": prove(Trace(A * S * B), Trace(B.T * S * A.T), symmetric=[S]),
     "a trace of sizes": prove(Trace(M * A), Trace(one), [inverse]),
+    "a size": prove(n, Trace(A * M), [inverse]),
     "numbers": prove(s * (A + B / s) - t**2 * A, (s - t * t) * A + B),
     "halves": prove((A + A.T) / 2 + (A - A.T) / 2, A),
     "1 x 1": prove(x.T * y * (y.T * x), (y.T * x) * (x.T * y)),
