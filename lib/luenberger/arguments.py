@@ -56,6 +56,17 @@ def expect_as(where: str, kind: str, value: object) -> None:
         raise ValueError(message)
 
 
+def expect_beside(source: object, plant: object) -> None:
+    """Raise unless there is a Plant, or an Observer with perhaps a Plant beside it."""
+    expect(source=source)
+    if plant is not None:
+        expect_as("plant=", "plant", plant)
+        if isinstance(source, Plant):
+            raise ValueError(
+                "plant= goes with an observer, and the source is a plant: leave it out"
+            )
+
+
 def _message(where: str, wanted: Kind, value: object) -> str:
     names = " or ".join(_one(kind.__name__) for kind in wanted)
     got = "None" if value is None else _one(type(value).__name__.removeprefix("nd"))

@@ -1,6 +1,7 @@
 """An expression in pieces between which a page may break it."""
 
 import re
+from typing import Any
 
 import sympy as sp
 
@@ -21,7 +22,7 @@ WORD = r"\\mathrm\{\w{2,}\}"
 LONG = 24  # columns of a product that a page may break as well
 
 
-def pieces(expr, show):
+def pieces(expr: Any, show: Any) -> list[str]:
     """The terms of a sum with their signs, between which a page may break a line.
 
     A long product is broken between its factors, and a long bracket within.

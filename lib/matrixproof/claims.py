@@ -34,7 +34,7 @@ class Claim:
 
     @property
     def is_zero(self) -> bool:
-        """Whether every entry is identically zero: as it stands, or simplified."""
+        """Whether every entry is identically zero, as it stands or simplified."""
         residual = self.residual
         entries = residual if isinstance(residual, sp.MatrixBase) else [residual]
         return all(x == 0 or sp.simplify(x) == 0 for x in entries)

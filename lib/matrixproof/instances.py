@@ -73,7 +73,7 @@ class Instance(Chain):
 
     @property
     def supposed(self) -> tuple[Relation, ...]:
-        """What it was given: all that it rests on but its own steps."""
+        """What it was given, which is all that it rests on but its own steps."""
         waiting, found = list(super().relations), []
         while waiting:
             r = waiting.pop(0)

@@ -25,14 +25,14 @@ class Operator(Line):
 
     sign: ClassVar[str] = "="
 
-    def complaints(self, left, symmetric):
+    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
         try:
             value = self.applied(left, symmetric)
         except (TypeError, ValueError) as e:
             return [f"cannot be worked out: {e}"]
         return super().complaints(value, symmetric)
 
-    def applied(self, left, symmetric):
+    def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         """The result of the operation, by the algebra's own rules."""
         raise NotImplementedError
 
@@ -44,12 +44,12 @@ class Operator(Line):
         """The letters that are not random on the whole page, if the line is right."""
         return frozenset()
 
-    def head(self, show):
+    def head(self, show: Show) -> str:
         before, after = self.marks(show)
         dots = r"\,\cdot\," if show is latex else "·"
         return f"{before}[{dots}]{after}"
 
-    def marks(self, show):
+    def marks(self, show: Show) -> tuple[str, str]:
         """What stands before and after the brackets."""
         raise NotImplementedError
 

@@ -1,6 +1,7 @@
 """A derivation as it is read: in a terminal, in a notebook."""
 
 from textwrap import fill
+from typing import Any
 
 from .chains import framed
 from .prose import markdown, plain
@@ -24,8 +25,8 @@ def used_letters(derivation):
     }
 
 
-def numbered(relation):
-    """(the equation number or "", without brackets) of a relation."""
+def numbered(relation: Any) -> str:
+    """The equation number of a relation, without brackets; or ""."""
     from .reasons import numbered
 
     return numbered(relation)[0].removeprefix("(").removesuffix(")")

@@ -15,7 +15,6 @@ from matrixproof import (
     Equation,
     Identity,
     Iff,
-    Implies,
     Line,
     Notation,
     Page,
@@ -25,6 +24,7 @@ from matrixproof import (
     letters,
 )
 from matrixproof.dependence import behind
+from matrixproof.equivalences import Implies
 from matrixproof.relations import Moment
 from matrixproof.words import ShapeError
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from .. import certificate
+from .. import arguments, certificate
 from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
@@ -19,7 +19,6 @@ from .c import filter as recursive
 from .c import observer as constant
 from .c.identifiers import identifier
 from .c.source_and_header import signals, write_pair
-from .control_systems import expect_beside
 from .control_systems import from_statespace as from_statespace
 from .control_systems import to_control as to_control
 from .control_systems import to_scipy as to_scipy
@@ -97,7 +96,7 @@ def to_c(
     ...     [path.name for path in lb.export.to_c(observer, folder, name="speed")]
     ['speed.c', 'speed.h']
     """
-    expect_beside(source, plant)
+    arguments.expect_beside(source, plant)
     identifier(name)
     require_c_type(dtype)
     if isinstance(source, Plant):

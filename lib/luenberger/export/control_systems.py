@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
 
-from ..arguments import expect, expect_as
+from ..arguments import expect, expect_beside
 from ..certificate import certify, require_real
 from ..errors import DesignError
 from ..formats import statespace
@@ -83,17 +83,6 @@ def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
         u, y = [*u, *y], [f"{label} estimate" for label in what]
         x = [f"z{k + 1}" for k in range(source.order)]
     return control.ss(*given, source.dt, inputs=u, outputs=y, states=x)
-
-
-def expect_beside(source: object, plant: object) -> None:
-    """Raise unless there is a Plant, or an Observer with perhaps a Plant beside it."""
-    expect(source=source)
-    if plant is not None:
-        expect_as("plant=", "plant", plant)
-        if isinstance(source, Plant):
-            raise ValueError(
-                "plant= goes with an observer, and the source is a plant: leave it out"
-            )
 
 
 def to_scipy(source: Observer | Plant) -> Any:

@@ -84,7 +84,7 @@ def carried(derivation: Any, number: str) -> tuple[Any, ...]:
     --------
     >>> from luenberger.papers.leondes_novak.derivation import start
     >>> carried(start.page, "34")
-    (let z₊ = T₊ (A x̄ + B u), the error at the start: ε₊ = -T₊ (A d + w))
+    (let z₊ = T₊ (A x̄ + B u), the error at the start: ε₊ = - T₊ A d - T₊ w)
     """
     from .statements import carried
 

@@ -153,7 +153,7 @@ with page.scope(suppose(gradCe, ZeroMatrix(q, r), "4.10")) as no_slope_Ce:
 
 page("Conversely, with these two matrices both vanish.")
 is_Ce = page(let(Ce, (L - De * C) * G.T, "3.12"))
-is_De = page(suppose(*from_De.relation, "3.13"))
+is_De = page(suppose(from_De.left, from_De.right, "3.13"))
 zero_Ce = page(derive("3.12", "where the third gradient vanishes", in_Ce).use(is_Ce))
 zero_De = page(
     derive("3.13", "where the last gradient vanishes", in_De).use(is_Ce).use(is_De)
