@@ -210,11 +210,13 @@ def _by_pattern(
     """C, r and what mixes readings, of each row for each set that arrives."""
     k, p, n = pack.maps.C.shape
     sets = 1 << np.arange(p)[::-1]
-    codes = (seen @ sets)[..., None] & -sets  # of those up to each output too
+    every = settings.plant.steps is None  # few sets, so it is not asked which occur
+    codes: Any = range(1 << p) if every else (seen @ sets)[..., None] & -sets
     C, r = np.zeros((k, 1 << p, p, n)), np.ones((k, 1 << p, p))
     mix = np.tile(np.eye(p), (k, 1 << p, 1, 1))
     for i in range(k):
-        for code in np.unique(codes[:, pack.at[1:] == i]):
+        # of a plant that changes, those that occur, and those up to each output of them
+        for code in codes if every else np.unique(codes[:, pack.at[1:] == i]):
             maps, mix[i, code] = settings.at(instant + i, (code & sets) > 0)
             C[i, code], r[i, code] = maps.C, maps.r
     return C, r, mix
