@@ -20,8 +20,7 @@ from .contents import parts
 from .dependence import behind, declared, hidden
 from .dependence import letters as inside
 from .equivalences import Equation, Implies
-from .foundations import Foundation, foundation
-from .foundations import behind as all_behind
+from .foundations import Foundation, chains_behind, foundation
 from .inequalities import AtLeast
 from .lines import Line
 from .operators import Derivative, Operator
@@ -332,7 +331,7 @@ class Chain:
         """
         from .instances import Instance, instance
 
-        every = [e for chain in all_behind([self]) for e in chain.expressions]
+        every = [e for chain in chains_behind([self]) for e in chain.expressions]
         known = {x.name: x for e in every for x in inside(plain(e))}
         put = {known[x]: value for x, value in named.items() if x in known}
         made = instance(self, {**letters, **put}, given, tuple(symmetric))

@@ -22,8 +22,7 @@ from .constructions import Construction, Counterexample
 from .dependence import behind, hidden, letters, sides
 from .deriving import Derived
 from .explicit import Explicit, Positive
-from .foundations import Foundation, foundation
-from .foundations import behind as every
+from .foundations import Foundation, chains_behind, foundation
 from .instances import Instance
 from .page_model import impossible
 from .polynomials import Sum
@@ -259,7 +258,9 @@ class Derivation:
         They end with it, or begin, or cite what it is.  Where there are none it is
         ("definition",): the stage is what its letter stands for, and nothing follows.
         """
-        chains = list(every(x for x in self.steps.values() if isinstance(x, Chain)))
+        chains = list(
+            chains_behind(x for x in self.steps.values() if isinstance(x, Chain))
+        )
         lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
         found = {}
         for stage in (stage for found in lists for stage in found.stages):

@@ -62,7 +62,7 @@ class Foundation:
         return "\n".join(f"- ${x}$" for x in self.said(latex)) or "nothing"
 
 
-def behind(chains: Iterable[Any]) -> Iterator[Any]:
+def chains_behind(chains: Iterable[Any]) -> Iterator[Any]:
     """Chains, and those whose results they cite, each once."""
     waiting, seen = list(chains), set()
     while waiting:
@@ -76,7 +76,9 @@ def behind(chains: Iterable[Any]) -> Iterator[Any]:
 def foundation(chains: Iterable[Any], cited: Iterable[Relation] = ()) -> Foundation:
     """What chains rest on, and stages that cite these relations."""
     chains, cited = list(chains), list(cited)
-    every = list(behind([*chains, *(r.chain for r in cited if isinstance(r, Result))]))
+    every = list(
+        chains_behind([*chains, *(r.chain for r in cited if isinstance(r, Result))])
+    )
     relations = [r for r in cited if not isinstance(r, Result)]
     relations += [r for c in every for r in c.relations if not isinstance(r, Result)]
     expressions = [e for chain in every for e in chain.expressions]

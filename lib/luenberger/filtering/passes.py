@@ -479,22 +479,29 @@ def replay(y, drive, at, first, known, since, span, maps, state, xs, variances, 
 
 
 @Text
+def gained(A, J, K, z, y, drive, x):
+    """x = K y + J drive + A z, where J has columns."""
+    for i in range(len(z)):  # first what need not wait for the row before
+        s = K[i, 0] * y[0]
+        for j in range(1, len(y)):
+            s += K[i, j] * y[j]
+        for k in range(J.shape[1]):
+            s += J[i, k] * drive[k]
+        for k in range(len(z)):
+            s += A[i, k] * z[k]
+        x[i] = s
+
+
+@Text
 def one_gain(y, drive, A, J, K, z, sizes, xs, variances):
     """Filter rows with the same gain, z+ = K y + J drive + A z; `sizes` are variances.
 
     J has no columns where there is no input.
     """
-    n, p, now = len(z), y.shape[1], z.copy()
+    now = z.copy()
     for t in range(len(y)):
-        for i in range(n):  # first what need not wait for the row before
-            s = K[i, 0] * y[t, 0]
-            for j in range(1, p):
-                s += K[i, j] * y[t, j]
-            for k in range(J.shape[1]):
-                s += J[i, k] * drive[t, k]
-            for k in range(n):
-                s += A[i, k] * now[k]
-            xs[t, i], variances[t, i] = s, sizes[i]
+        gained(A, J, K, now, y[t], drive[t], xs[t])
+        put(sizes, variances[t])
         put(xs[t], now)
     put(now, z)
 

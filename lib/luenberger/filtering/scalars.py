@@ -490,25 +490,28 @@ def statements(size: Sizes) -> str:
 
 def one_gain(n: int, p: int, m: int) -> str:
     """The text of `passes.one_gain` for n states, p outputs and m columns of J."""
-    wide = dict(K=p, J=m, A=n)
-    acts = dict(K="y", J="drive", A="z")
-    of = lambda text, count: [text.format(i) for i in range(count)]  # noqa: E731
-    sums = [
-        " + ".join(f"{X}_{i}_{k} * {acts[X]}_{k}" for X in wide for k in range(wide[X]))
-        for i in range(n)
-    ]
-    out = [
-        "def run(y, drive, A, J, K, z, sizes, xs, variances):",
-        *(f"    {X}_{i}_{k} = {X}[{i}, {k}]"
-          for X in wide for i in range(n) for k in range(wide[X])),
+    to, x = Statements(), np.zeros(n, dtype=object)
+    given = lambda X, k: _array([to.given(f"{X}_{i}") for i in range(k)])  # noqa: E731
+    wide = dict(A=n, J=m, K=p)
+    tables = {X: given(X, n * k).reshape(n, k) for X, k in wide.items()}
+    z, y, drive = given("z", n), given("y", p), given("drive", m)
+    to.does(passes.gained, *tables.values(), z, y, drive, x)
+    lines, shown = written(x)
+    of = lambda text, count: [text.format(k) for k in range(count)]  # noqa: E731
+    out = ["def run(y, drive, A, J, K, z, sizes, xs, variances):"]
+    for X, entries in tables.items():
+        for (i, k), one in np.ndenumerate(entries):
+            out.append(f"    {one.of[0]} = {X}[{i}, {k}]")
+    out += [
         *of("    z_{0}, v_{0} = z[{0}], sizes[{0}]", n),
         "    for t in range(len(y)):",
         *of("        y_{0} = y[t, {0}]", p),
         *of("        drive_{0} = drive[t, {0}]", m),
-        f"        {', '.join(of('z_{}', n))} = {', '.join(sums)}",
+        *(f"        {one} = {said}" for one, said in lines),
+        *(f"        z_{i} = {shown(one)}" for i, one in enumerate(x)),
         *of("        xs[t, {0}], variances[t, {0}] = z_{0}, v_{0}", n),
         *of("    z[{0}] = z_{0}", n),
-    ]  # fmt: skip
+    ]
     return "\n".join([*out, ""])
 
 

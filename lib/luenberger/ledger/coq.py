@@ -40,10 +40,11 @@ class Written:
 
 def pages(paper: str | None = None) -> list[str]:
     """The names "room.module" of the pages of one paper, of our own, or of all."""
-    rooms = evidence.ROOMS
+    rooms: tuple[str, ...] = (*evidence.ROOMS, evidence.COMMON)
     if paper is not None:
         key = find_paper(paper)
-        rooms = (key,) if key in PAPERS else [r for r in rooms if r not in PAPERS]
+        ours = tuple(r for r in rooms if r not in PAPERS)
+        rooms = (key,) if key in PAPERS else ours
     found = []
     for room in rooms:
         modules = [Path(x.name) for x in files(evidence.package(room)).iterdir()]

@@ -7,17 +7,13 @@ from matrixproof.derivation import Derivation
 
 from .records import PAPERS
 
-ROOMS = (
-    *PAPERS,
-    "identification",
-    "smoothing",
-    "forms",
-)  # that have derivations
+ROOMS = (*PAPERS, "identification", "smoothing", "forms")  # that have derivations
+COMMON = "theory"  # what papers and rooms share
 
 
 def package(room: str) -> str:
     """Where the derivations of a room are: of a paper, or of our own."""
-    if room == "theory":
+    if room == COMMON:
         return "luenberger.theory"
     return f"luenberger.{'papers.' if room in PAPERS else ''}{room}.derivation"
 
