@@ -61,20 +61,15 @@ It needs SymPy alone.
 """
 
 from .chains import Chain
-from .constructions import Construction, Counterexample
-from .derivation import Derivation, Page
+from .derivation import Derivation, Page, equivalent
 from .deriving import derive
-from .equivalences import Equation, Iff
-from .expectations import Expect
-from .explicit import Explicit, Positive
-from .inequalities import AtLeast
-from .lines import Cyclic, Line, Substitute
+from .explicit import Construction, Counterexample, Explicit, Positive
+from .lines import AtLeast, Cyclic, Equation, Iff, Line, Substitute
 from .models import evaluate, refute
 from .notation import Notation, letters
-from .operators import Differential, Gradient
+from .operators import Differential, Expect, Gradient
 from .proofs import Unproved, prove
 from .relations import Relation
-from .same import equivalent
 from .stages import Solve, Stage
 from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, plus
 from .typeset import latex, text

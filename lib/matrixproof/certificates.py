@@ -5,7 +5,7 @@ circle.  Here these steps are made explicit, so that the terms add up in the fre
 algebra, where nothing at all is taken for granted.
 """
 
-from .finite import product
+from .statements import flip, product
 from .words import rotations
 
 
@@ -145,10 +145,6 @@ class Writer:
             self.terms.append((c, word[:k], ("cyclic", "", False), word[k:]))
             self._subtract(c, {word: 1})
             self._subtract(-c, {target: 1})
-
-
-def flip(word):
-    return tuple((name, not transposed) for name, transposed in reversed(word))
 
 
 def depths(statement):

@@ -40,8 +40,7 @@ from itertools import accumulate
 
 import sympy as sp
 
-from .blocks import Blocks, beside
-from .polynomials import Traces
+from .algebra import Blocks, Traces, beside
 from .proofs import Proof
 from .statements import read
 

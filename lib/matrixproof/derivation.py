@@ -5,30 +5,30 @@ list*: what a program is to compute, and why.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
+from textwrap import fill
 from typing import Any
 
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .blocks import Blocks
-from .chains import Chain
-from .claims import Claim
-from .constructions import Construction, Counterexample
+from .algebra import Blocks, Sum
+from .chains import Chain, Foundation, chains_behind, foundation, framed
 from .dependence import behind, hidden, letters, sides
 from .deriving import Derived
-from .explicit import Explicit, Positive
-from .foundations import Foundation, chains_behind, foundation
+from .explicit import Claim, Construction, Counterexample, Explicit, Positive
 from .instances import Instance
+from .lines import bare_number, numbered
 from .page_model import impossible
-from .polynomials import Sum
-from .relations import Let, Relation, Result
+from .proofs import Unproved
+from .prose import markdown, plain
+from .relations import Let, Relation, Result, named
 from .stages import Stage, faults
-from .typeset import latex, padded, text
+from .typeset import latex, padded, text, width
 from .words import Formula, refuse_truth, same_shape
 
 # by itself
@@ -280,8 +280,6 @@ class Derivation:
 
     def __str__(self):
         if self.page:
-            from .reading import as_text
-
             return as_text(self)
         rows = [(stage.shown(text), stage.equation) for stage in self.stages]
         wide = max((len(row) for row, _ in rows), default=0)
@@ -292,8 +290,6 @@ class Derivation:
 
     def _repr_markdown_(self):
         if self.page:
-            from .reading import as_markdown
-
             return as_markdown(self)
         return None
 
@@ -583,3 +579,146 @@ def vanishes(residual: Formula) -> bool:
     """
     known = isinstance(residual, Sum | Blocks | Claim)
     return (residual if known else Claim(residual)).is_zero
+
+
+# -- read in a terminal, in a notebook -----------------------------------------------
+
+
+def used_letters(derivation):
+    """{symbol: meaning} of what stands on a page, in the order of the notation."""
+    here = symbols(derivation)
+    named = {
+        s.name: s for s in sorted(here, key=lambda s: str(getattr(s, "shape", "")))
+    }  # of a letter's sizes, one
+    meaning = derivation.letters.meaning.items()
+    return {
+        (s if s in here else named[s.name]): says
+        for s, says in meaning
+        if s.name in named
+    }
+
+
+def as_text(derivation):
+    """A page for a terminal."""
+    parts = [derivation.source]
+    rows = [(text(s), plain(says)) for s, says in used_letters(derivation).items()]
+    wide = max((width(s) for s in used_letters(derivation)), default=0)
+    parts.append("\n".join(f"  {padded(s, wide)}  {says}" for s, says in rows))
+    for item in derivation.page:
+        if isinstance(item, str):
+            parts.append(fill(" ".join(plain(item).split()), 88))
+        elif isinstance(item, Relation):
+            parts.append(f"  {item.stated(text)}  {numbered(item)[0]}".rstrip())
+        else:
+            parts.append(str(item))
+    return "\n\n".join(filter(None, parts))
+
+
+def size(symbol, letters, show):
+    """Rows and columns of a symbol."""
+    if not hasattr(symbol, "shape"):
+        return r"\text{number}" if show is latex else "number"
+    times = r" \times " if show is latex else " × "
+    return times.join(show(letters.sizes.get(k, k)) for k in symbol.shape)
+
+
+def as_markdown(derivation):
+    """A page for a notebook."""
+    rows = [
+        f"- ${latex(s)}$, ${size(s, derivation.letters, latex)}$: {markdown(says)}"
+        for s, says in used_letters(derivation).items()
+    ]
+    parts = ["\n".join(rows)]
+    for item in derivation.page:
+        if isinstance(item, str):
+            parts.append(markdown(" ".join(item.split())))
+        elif isinstance(item, End):
+            parts.append(item.stated(latex))
+        elif isinstance(item, Relation):
+            parts.append(framed([item.stated(latex)], bare_number(item)))
+        else:
+            parts.append(item._repr_latex_())
+    return "\n\n".join(filter(None, parts))
+
+
+def equivalent(
+    fast: Derivation,
+    slow: Derivation,
+    *given: Any,
+    same: Mapping[Any, Any] = {},
+    says: str = "",
+) -> tuple[Derived, ...]:
+    """Prove that a stage list computes what another one does.
+
+    Parameters
+    ----------
+    fast, slow : Derivation
+        Stage lists.
+    *given : Relation or Chain
+        What is known of what they are given.
+    same : dict of expression to expression, optional
+        What of the fast one equals what of the slow one; by default every target that
+        both assign.
+    says : str, optional
+        What is proved, in a few words; by default what the fast one does.
+
+    Returns
+    -------
+    tuple of Chain
+        One for each target, for a page to show: it begins with what the fast list
+        computes and ends with what the slow one does, and cites what the proof needs.
+        `.rests_on()` lists what that rests on.
+
+    Raises
+    ------
+    Unproved
+        One of them differs; the message names it and what is left over.
+    ValueError
+        A list fails, or no target is assigned by both.
+
+    Examples
+    --------
+    >>> from sympy import symbols
+    >>> from matrixproof import Derivation, Notation, Stage, equivalent
+    >>> n = symbols("n", integer=True, positive=True)
+    >>> letters = Notation()
+    >>> A, B, S, X = (letters(x, n, n, f"the matrix {x}") for x in "ABSX")
+    >>> is_S, is_X = letters.let(S, A + B), letters.let(X, A * A + A * B)
+    >>> slow = Derivation((A, B), [Stage(X, A * A + A * B, by=[is_X])], says="two")
+    >>> by = [is_S, is_X]
+    >>> stages = [Stage(S, A + B, by=[is_S]), Stage(X, A * S, by=by)]
+    >>> fast = Derivation((A, B), stages, says="one product")
+    >>> print(*equivalent(fast, slow))
+    one product
+      A S
+        = X  S = A + B, X = A A + A B  ✓
+    """
+    for one in (fast, slow):
+        if wrong := one.check():
+            raise ValueError(f"{one.says} fails: {wrong[0]}")
+    theirs = {stage.target: stage for stage in slow.stages}
+    ours = [stage for stage in fast.stages if stage.target not in theirs]
+    put = {s.target: s.expression for s in fast.stages if s.target in theirs}
+    pairs = same or {target: target for target in put}
+    if not pairs:
+        raise ValueError(
+            f"no target of {fast.says} is one of {slow.says}: say what equals what, "
+            "same={left: right}"
+        )
+    reasons = [r for stage in (*ours, *slow.stages) for r in stage.reasons]
+    known = [getattr(x.letters, "symmetric", ()) for x in (fast, slow)]
+    symmetric = tuple(dict.fromkeys(x for one in known for x in one))
+    found = []
+    for left, right in pairs.items():
+        stage = theirs.get(right)
+        number = stage.equation.strip("()") if stage else ""
+        start = left
+        for _ in put:
+            start = start.xreplace(put)
+        begun = Derived(number, says or fast.says, start, (), symmetric)
+        try:
+            found.append(begun.by(right, *dict.fromkeys((*reasons, *named(given)))))
+        except Unproved as e:
+            said = f"{text(right)} of {fast.says} is not that of {slow.says}: {e}"
+            raise Unproved(said, e.left_over, e.complete, e.counterexample) from None
+    return tuple(found)

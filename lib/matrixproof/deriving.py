@@ -12,17 +12,12 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .blocks import Blocks
+from .algebra import Algebra, Blocks, Polynomial, Traces
 from .chains import Chain
-from .core import Algebra
 from .dependence import Scope, declared, letters
-from .expectations import Expect, Moments
-from .inequalities import AtLeast
-from .lines import Cyclic, Line, Substitute
-from .operators import Differential, Gradient, Transposed, as_traces
-from .polynomials import Polynomial, Traces
+from .lines import AtLeast, Cyclic, Line, Substitute, cited_text, follows
+from .operators import Differential, Expect, Gradient, Moments, Transposed, as_traces
 from .proofs import prove
-from .reasons import cited_text, follows
 from .relations import Relation, named
 from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
 from .terms import (

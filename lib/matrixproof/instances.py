@@ -9,14 +9,22 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .algebra import Algebra
 from .chains import Chain
-from .core import Algebra
 from .dependence import declared, letters
-from .equivalences import Equation, Iff
-from .inequalities import AtLeast
-from .lines import Cyclic, Line, Substitute
+from .lines import (
+    AtLeast,
+    Cyclic,
+    Equation,
+    Iff,
+    Line,
+    Substitute,
+    cited_latex,
+    cited_text,
+    numbered,
+    words,
+)
 from .operators import Operator
-from .reasons import cited_latex, cited_text, numbered, words
 from .relations import Moment, Reasons, Relation, Result, named
 from .symbols import MatrixProduct, ZeroMatrix, plus
 from .typeset import Show, latex, text

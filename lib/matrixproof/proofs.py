@@ -8,15 +8,13 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .algebra import Algebra, Polynomial, Traces
 from .certificates import spelled_out
 from .checker import complaints
-from .completion import Limit
-from .core import Algebra
 from .dependence import declared
 from .models import NoModel, possible, refute
-from .polynomials import Polynomial, Traces
 from .relations import Given, named, unfounded
-from .rewriting import Contradiction
+from .rewriting import Contradiction, Limit
 from .search import LIMITS, searches
 from .statements import Statement, read
 from .words import Formula, Symbols, Values, same_size

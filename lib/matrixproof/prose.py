@@ -7,8 +7,7 @@ prime for the transpose.
 import re
 from collections.abc import Iterator
 
-from .styles import LATEX, TEXT
-from .typeset import word_spaced
+from .typeset import LATEX, TEXT, word_spaced
 
 FORMULA = re.compile(r"`([^`]+)`")
 MATRIX = r"\[[^\[\]]*[;,][^\[\]]*\]"

@@ -6,9 +6,8 @@ from functools import lru_cache
 
 import sympy as sp
 
-from .lines import Line, Substitute
+from .lines import Line, Substitute, cited_text, idle
 from .proofs import attempted
-from .reasons import cited_text, idle
 from .relations import Reasons, Relation, unfounded
 from .rewriting import Contradiction
 from .search import LIMITS

@@ -7,8 +7,7 @@ them.
 
 import sympy as sp
 
-from .blocks import Blocks, same
-from .polynomials import Polynomial, Traces
+from .algebra import Blocks, Polynomial, Traces, same
 from .symbols import (
     BlockMatrix,
     Identity,

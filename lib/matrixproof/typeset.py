@@ -8,15 +8,95 @@ has no rule for is set by SymPy.
 import re
 import unicodedata
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .names import latex_name
-from .styles import LATEX, TEXT, slashed
+from .names import HIGH, latex_name, text_name
 from .words import Formula, plain
+
+
+def apart(rows):
+    """What stands between the entries of a row: wider where an entry has blanks."""
+    return "  " if any(" " in cell for row in rows for cell in row) else " "
+
+
+def with_caret(exponent):
+    """An exponent that has no superscript of its own."""
+    return f"^{exponent}" if exponent.isalnum() else f"^({exponent})"
+
+
+@dataclass(frozen=True)
+class Style:
+    """What differs between the two ways of setting an expression."""
+
+    name: object
+    open: str
+    close: str
+    trace: str
+    determinant: str
+    series: object
+    power: object
+    fraction: object
+    quotient: object
+    root: object
+    differential: str
+    function: object
+    tight: int  # how tightly the parts of a quotient and a root must hold together
+    rows: object
+    fallback: object
+
+
+LATEX = Style(
+    name=latex_name,
+    open=r"\left(",
+    close=r"\right)",
+    trace=r"\operatorname{tr}",
+    determinant=r"\det",
+    series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
+    power=lambda base, k: f"{base}^{{{k}}}",
+    fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
+    quotient=lambda above, below: rf"\frac{{{above}}}{{{below}}}",
+    root=lambda inner: rf"\sqrt{{{inner}}}",
+    differential=r"\mathrm{d}",
+    function=lambda name: rf"\{name}" if hasattr(sp, name) else name,
+    tight=0,
+    rows=lambda rows: (
+        r"\begin{bmatrix}"
+        + r" \\ ".join(" & ".join(row) for row in rows)
+        + r"\end{bmatrix}"
+    ),
+    fallback=sp.latex,
+)
+TEXT = Style(
+    name=text_name,
+    open="(",
+    close=")",
+    trace="tr",
+    determinant="det",
+    series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
+    power=lambda base, k: (
+        base + (k.translate(HIGH) if k.lstrip("-").isdigit() else with_caret(k))
+    ),
+    fraction=lambda p, q: f"{p}/{q}",
+    quotient=lambda above, below: f"{above}/{below}",
+    root=lambda inner: f"√{inner}",
+    differential="d",
+    function=str,
+    tight=2,
+    rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
+    fallback=str,
+)
+
+
+def slashed(style):
+    """The same style for where a bar would be too small."""
+    return replace(style, quotient=TEXT.quotient, tight=TEXT.tight)
+
 
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
 WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
@@ -274,3 +354,75 @@ def rebuilt(number, factors, like):
 def has_mark_above(e):
     """Whether a symbol's own name has something above it already."""
     return isinstance(e, sp.MatrixSymbol) and "^" in latex_name(e.name)
+
+
+WORD = r"\\mathrm\{\w{2,}\}"
+LONG = 24  # columns of a product that a page may break as well
+
+
+def pieces(expr: Any, show: Any) -> list[str]:
+    """The terms of a sum with their signs, between which a page may break a line.
+
+    A long product is broken between its factors, and a long bracket within.
+
+    >>> from matrixproof import MatrixSymbol, text
+    >>> A, B, C = (MatrixSymbol(name, 2, 2) for name in "ABC")
+    >>> pieces(A - 2 * B * A, text)
+    ['A', '- 2 B A']
+    >>> pieces(A * (A * B * C * C + A * B * A * C - B * B * C * A + A * B).T, text)
+    ['A', '(A B C C', '+ A B A C', '- B B C A', "+ A B)'"]
+    """
+    found = terms_in_pieces(plain(expr), Printer(LATEX if show is latex else TEXT))
+    return [show(expr)] if len(found) == 1 else found
+
+
+def terms_in_pieces(e, printer):
+    """The pieces of a sum, or of what stands alone."""
+    terms = signed(e) if isinstance(e, (sp.MatAdd, sp.Add)) else [(1, e)]
+    found = []
+    for sign, term in terms:
+        first, *rest = factors_in_pieces(term, printer, PRODUCT)
+        found += [f"{'-' if sign < 0 else '+'} {first}", *rest]
+    return [found[0].removeprefix("+ "), *found[1:]]
+
+
+def factors_in_pieces(e, printer, least=POSTFIX):
+    """The pieces of a product, or of a bracket in one."""
+    tr = printer.style.trace
+    if width(e) <= LONG:
+        shown = printer.show(e, least)
+        return [word_spaced(shown) if printer.style is LATEX else shown]
+    if isinstance(e, (sp.MatMul, sp.Mul)):
+        number, factors = split(e)
+        found = [one for x in factors for one in factors_in_pieces(x, printer)]
+        if printer.style is LATEX:
+            found = thinly_spaced(found)
+        return found if number == 1 else enclosed(f"{printer.show(number)} ", found, "")
+    if isinstance(e, sp.Trace):
+        return enclosed(f"{tr}(", terms_in_pieces(e.arg, printer), ")")
+    if isinstance(e, sp.Transpose) and isinstance(e.arg, sp.MatAdd):
+        return enclosed("(", terms_in_pieces(e.arg, printer), ")'")
+    if isinstance(e, (sp.MatAdd, sp.Add)):
+        return enclosed("(", terms_in_pieces(e, printer), ")")
+    if isinstance(e, sp.BlockMatrix) and e.blockshape[0] == 1:
+        entries = [terms_in_pieces(entry, printer) for entry in e.blocks]
+        comma = r",\;" if printer.style is LATEX else ","
+        commas = [enclosed("", entry, comma) for entry in entries[:-1]]
+        return enclosed("[", sum(commas, []) + entries[-1], "]")
+    return [printer.show(e, least)]
+
+
+def thinly_spaced(factors):
+    """Factors in LaTeX with thin spaces around letters that are words."""
+    found = factors[:1]
+    for before, factor in zip(factors, factors[1:]):
+        word = re.match(WORD, factor) or re.search(WORD + "'?$", before)
+        found.append(rf"\, {factor}" if word else factor)
+    return found
+
+
+def enclosed(before, inner, after):
+    """Pieces between brackets, of which each stands with what is next to it."""
+    first, *rest = inner
+    found = [f"{before}{first}", *rest]
+    return [*found[:-1], f"{found[-1]}{after}"]

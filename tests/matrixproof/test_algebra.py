@@ -6,10 +6,8 @@ import sympy as sp
 from sympy import BlockMatrix, Identity, MatrixSymbol, Trace, ZeroMatrix
 from worlds import Numbers
 
-from matrixproof.blocks import product
-from matrixproof.claims import Claim
-from matrixproof.core import Algebra
-from matrixproof.polynomials import Traces
+from matrixproof.algebra import Algebra, Traces, product
+from matrixproof.explicit import Claim
 from matrixproof.words import ShapeError
 
 n, p, m1 = sp.symbols("n p m_1", integer=True, nonnegative=True)

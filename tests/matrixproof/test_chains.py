@@ -30,8 +30,7 @@ from matrixproof import (
     Substitute,
     ZeroMatrix,
 )
-from matrixproof.equivalences import Implies
-from matrixproof.inequalities import AtMost
+from matrixproof.lines import AtMost, Implies
 from matrixproof.operators import Transposed
 
 n, p = sp.symbols("n p", integer=True, positive=True)

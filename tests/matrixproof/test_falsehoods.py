@@ -23,10 +23,9 @@ from matrixproof import (
     ZeroMatrix,
     prove,
 )
-from matrixproof.claims import Claim
-from matrixproof.core import Algebra
-from matrixproof.inequalities import AtMost
-from matrixproof.reasons import cited_latex, cited_text, numbered, words
+from matrixproof.algebra import Algebra
+from matrixproof.explicit import Claim
+from matrixproof.lines import AtMost, cited_latex, cited_text, numbered, words
 from matrixproof.words import ShapeError
 
 n, m, k = symbols("n m k", integer=True, positive=True)

@@ -24,7 +24,7 @@ from matrixproof import (
     letters,
 )
 from matrixproof.dependence import behind
-from matrixproof.equivalences import Implies
+from matrixproof.lines import Implies
 from matrixproof.relations import Moment
 from matrixproof.words import ShapeError
 

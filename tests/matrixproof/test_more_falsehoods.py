@@ -36,10 +36,8 @@ from matrixproof import (
     refute,
 )
 from matrixproof.checker import complaints
-from matrixproof.claims import Claim
-from matrixproof.equivalences import Implies
-from matrixproof.inequalities import AtMost
-from matrixproof.reasons import cited_latex, cited_text
+from matrixproof.explicit import Claim
+from matrixproof.lines import AtMost, Implies, cited_latex, cited_text
 from matrixproof.relations import Moment
 from matrixproof.statements import Statement
 from matrixproof.symbols import Own

@@ -15,7 +15,7 @@ from matrixproof import (
     page_model,
     text,
 )
-from matrixproof.equivalences import Implies
+from matrixproof.lines import Implies
 from matrixproof.page_model import impossible
 
 n, p = symbols("n p", integer=True, positive=True)

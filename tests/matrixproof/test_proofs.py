@@ -25,11 +25,10 @@ from matrixproof import (
     prove,
 )
 from matrixproof.checker import complaints, fact
-from matrixproof.completion import Limit
+from matrixproof.lines import follows
 from matrixproof.models import denial
 from matrixproof.proofs import Proof
-from matrixproof.reasons import follows
-from matrixproof.rewriting import Contradiction
+from matrixproof.rewriting import Contradiction, Limit
 
 n, m = sp.symbols("n m", integer=True, positive=True)
 A, B, C, S = (MatrixSymbol(name, n, n) for name in "ABCS")

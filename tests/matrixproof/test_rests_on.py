@@ -25,9 +25,8 @@ from matrixproof import (
     ZeroMatrix,
     prove,
 )
-from matrixproof.claims import Claim
-from matrixproof.equivalences import Implies
-from matrixproof.inequalities import AtMost
+from matrixproof.explicit import Claim
+from matrixproof.lines import AtMost, Implies
 from matrixproof.relations import Moment
 
 n, m, p = symbols("n m p", integer=True, positive=True)

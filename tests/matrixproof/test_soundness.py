@@ -5,8 +5,8 @@ import sympy as sp
 from sympy import Trace, symbols
 
 from matrixproof import BlockMatrix, Identity, MatrixSymbol, Unproved, ZeroMatrix, prove
-from matrixproof.claims import Claim
-from matrixproof.core import Algebra
+from matrixproof.algebra import Algebra
+from matrixproof.explicit import Claim
 from matrixproof.rewriting import Contradiction
 from matrixproof.words import ShapeError
 

@@ -15,13 +15,12 @@ from matrixproof import (
     latex,
     text,
 )
-from matrixproof.breaks import pieces
 from matrixproof.derivation import title
+from matrixproof.lines import bare_number
 from matrixproof.operators import Operator
 from matrixproof.prose import plain, typeset
-from matrixproof.reading import numbered
 from matrixproof.relations import Let
-from matrixproof.typeset import Show
+from matrixproof.typeset import Show, pieces
 
 
 @dataclass(frozen=True, repr=False)
@@ -197,7 +196,7 @@ def numbers(label: str) -> set[str]:
 def number_of(item: Any) -> str:
     """The label of what stands on a page; words and stage lists have none."""
     if isinstance(item, Relation):
-        return numbered(item)
+        return bare_number(item)
     return getattr(item, "number", "")
 
 

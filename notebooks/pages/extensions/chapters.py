@@ -20,12 +20,11 @@ from matrixproof import (
     latex,
     text,
 )
-from matrixproof.breaks import pieces as terms
-from matrixproof.derivation import End, title
+from matrixproof.derivation import End, size, title, used_letters
+from matrixproof.lines import bare_number, cited_latex
 from matrixproof.prose import typeset
-from matrixproof.reading import numbered, size, used_letters
-from matrixproof.reasons import cited_latex
 from matrixproof.typeset import columns
+from matrixproof.typeset import pieces as terms
 
 SHORT = 10  # columns of what a chain begins with, to stand before the first sign
 SEPARATOR = r",\; "
@@ -78,7 +77,7 @@ def letters(derivation):
 
 def definition(relation):
     """An equation with its number."""
-    number = numbered(relation)
+    number = bare_number(relation)
     left = relation.show(latex).removesuffix(latex(relation.right))
     word = nodes.Text(f"{relation.word} " if relation.word else "")
     shown = nodes.inline("", "", word, *broken(relation.right, left))

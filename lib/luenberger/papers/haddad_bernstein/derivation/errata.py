@@ -12,8 +12,8 @@ Source: Haddad and Bernstein (1987), as scanned.
 import sympy as sp
 
 from matrixproof import BlockMatrix, Identity, Unproved, prove
-from matrixproof.claims import Claim
-from matrixproof.core import Algebra
+from matrixproof.algebra import Algebra
+from matrixproof.explicit import Claim
 
 from . import augmented, cost, equations, gradients, mean_square, projection
 from . import stationarity as best

@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), (24)-(33), as scanned.
 from sympy import Trace
 
 from matrixproof import BlockMatrix, Identity
-from matrixproof.core import Algebra
+from matrixproof.algebra import Algebra
 from matrixproof.words import ShapeError
 
 from . import canonical_gain, coordinates, uniqueness

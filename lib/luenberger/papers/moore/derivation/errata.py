@@ -11,7 +11,7 @@ limits of the remark on signs, are our own findings.
 
 import sympy as sp
 
-from matrixproof.core import Algebra
+from matrixproof.algebra import Algebra
 
 from .letters import P, T, eps, k, x
 from .recurrence import characteristic, krylov, observable_form
