@@ -21,7 +21,7 @@ BACK = {glyph: name for name, glyph in GREEK.items()}
 ACCENTS = {"hat": "\u0302", "tilde": "\u0303", "bar": "\u0304"}
 ACCENTS |= {"ddot": "\u0308", "dot": "\u0307"}
 BELOW = {"next": "+", "plus": "+", "minus": "-", "perp": "⊥"}
-ABOVE = {"star": "*"}
+ABOVE = {"star": "*", "sharp": "#"}
 LOW = str.maketrans("0123456789+-", "₀₁₂₃₄₅₆₇₈₉₊₋")
 HIGH = str.maketrans("0123456789+-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁺⁻")
 
@@ -108,8 +108,8 @@ def latex_name(name):
     \hat w K_{\mathrm{mv}} \mathrm{d}M_{1}
     >>> print(latex_name("Qhat"), latex_name("X+"), latex_name("As"), latex_name("eps"))
     \hat Q X^{+} A_{s} \varepsilon
-    >>> print(latex_name("tau_perp"), latex_name("gradAe"))
-    \tau_{\perp} \nabla_{A_{e}}
+    >>> print(latex_name("tau_perp"), latex_name("gradAe"), latex_name("M_tau_sharp"))
+    \tau_{\perp} \nabla_{A_{e}} M_{\tau}^{\#}
     >>> print(latex_name("H_eps"), latex_name("sigma_xdot"))
     H_{\varepsilon} \sigma_{\dot x}
     """
@@ -122,11 +122,12 @@ def latex_name(name):
         wide = base.startswith(r"\mathrm")
         base = rf"\{p.accent}{{{base}}}" if wide else rf"\{p.accent} {base}"
     below = ",".join(map(latex_piece, p.below))
+    above = p.above.replace("#", r"\#")
     return (
         (r"\mathrm{d}" if p.differential else "")
         + base
         + (f"_{{{below}}}" if below else "")
-        + (f"^{{{p.above}}}" if p.above else "")
+        + (f"^{{{above}}}" if above else "")
     )
 
 

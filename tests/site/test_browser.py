@@ -246,7 +246,7 @@ def test_a_misprint_leads_to_its_evidence(browser, served):
         page.wait_for_url("**/ledger.html#ledger-*")
         settled(page)
         row = page.locator("tr.entry:has(:target)")
-        assert row.count() == 1 and row.locator("a", has_text="misprinted").count()
+        assert row.count() == 1 and row.locator("a", has_text="wrong in").count()
 
 
 def test_the_ledger_in_one_file_is_filtered_without_a_script(browser, tmp_path):

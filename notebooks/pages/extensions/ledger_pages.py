@@ -152,10 +152,11 @@ class Misprints(SphinxDirective):
         words = self.words()
         note_papers(self.env)
         self.env.note_dependency(str(WORDS))
-        kinds = (
-            KIND.format("".join(f"<option>{kind}" for kind in ledger.KINDS))
-            + "</label>"
+        options = "".join(
+            f'<option value="{kind}">{where}</option>'
+            for kind, where in ledger.KINDS.items()
         )
+        kinds = KIND.format(options)
         found = [form("Filter the misprints", ledger.PAPERS, kinds)]
         for paper in ledger.PAPERS:
             section = nodes.section(ids=[f"misprints-{nodes.make_id(paper)}"])
