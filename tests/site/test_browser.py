@@ -228,7 +228,7 @@ def test_the_misprints_are_filtered_by_paper_and_kind(browser, served):
         assert len(counts) == 3 and min(counts) > 0 and sum(counts) == total
         page.get_by_label("Kind").select_option("")
         for paper in ledger.PAPERS:
-            page.get_by_label("Paper").select_option(paper)
+            page.locator("select[name=paper]").select_option(paper)
             assert shown(page) == len(ledger.misprints(paper))
             sections = page.locator("article section section:visible")
             assert (

@@ -219,10 +219,11 @@ def reason(source):
 
 def citation(part):
     """One of them: words as words, formulas as formulas."""
-    plain = re.fullmatch(r"\\text\{([^{}]*)\}", part)
+    plain = re.fullmatch(r"(?:\\text\{[^{}]*\})+", part)
     cited = re.fullmatch(r"\\text\{(\([^{}]*\)'?)\}\\; (.*)", part)
     if plain:
-        for is_latex, piece in typeset(re.sub(r"\\(.)", r"\1", plain[1])):
+        said = "".join(re.findall(r"\{([^{}]*)\}", part))
+        for is_latex, piece in typeset(re.sub(r"\\(.)", r"\1", said)):
             yield formula(piece) if is_latex else nodes.Text(piece)
     elif cited:
         yield nodes.Text(f"{cited[1]} ")
