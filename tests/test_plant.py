@@ -404,3 +404,47 @@ def test_a_start_is_carried_to_the_first_sample():
     y = [[1.0], [2.0], [0.0]]
     one, other = (lb.Filter(p).run(y) for p in (plant, ahead))
     assert np.allclose(one.x, other.x) and np.allclose(one.P, other.P)
+
+
+LEVEL = dict(A=[[0.5]], B=[[1]], C=[[1]], dt=1.0, Q=[[1]], R=[[1]])
+
+
+def test_what_is_known_of_the_input_is_part_of_the_plant(tmp_path):
+    model = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[2]], R=[[0]])
+    for U in (None, [3.0], [[4.0]], model):
+        plant = lb.Plant(**LEVEL, U=U)
+        plant.to_json(tmp_path / "plant.json")
+        again = lb.Plant.from_json(tmp_path / "plant.json")
+        assert again == plant == lb.Plant(**LEVEL).with_input(U)
+        assert type(again.U) is type(plant.U)
+    np.testing.assert_array_equal(lb.Plant(**LEVEL, U=0).U, [0.0])
+    with pytest.raises(ValueError, match="no input and 1 outputs"):
+        lb.Plant(**LEVEL, U=lb.Plant(**LEVEL))
+
+
+def test_an_input_is_sampled_with_its_plant():
+    plant = lb.Plant([[-1]], [[1]], [[1]], Q=[[1]], R=[[1]])
+    model = lb.Plant([[-2]], None, [[1]], Q=[[1]], R=[[0]])
+    assert plant.with_input(model).sampled(0.1).U == model.sampled(0.1)
+    kept = plant.with_input(model.sampled(0.1))
+    assert kept.sampled(0.1).U == kept.U
+    with pytest.raises(ValueError, match="the model U has dt=0.1 but the plant dt=0.2"):
+        kept.sampled(0.2)
+    np.testing.assert_array_equal(plant.with_input([[4]]).sampled(0.1).U, [[4.0]])
+    with pytest.raises(lb.DesignError, match="at even periods only"):
+        lb.sampling.discretise(plant.with_input(model), [0.1, 0.2])
+
+
+def test_equal_plants_and_observers_are_equal_and_hash_alike():
+    import copy
+    import pickle
+
+    plant = lb.Plant(**LEVEL, estimates={"twice": [2]}, multiplicative=[([[0]], [[1]])])
+    for one in (plant, lb.kalman_filter(lb.Plant(**LEVEL))):
+        for same in (copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
+            assert same == one and hash(same) == hash(one) and same is not one
+        assert one != 1 and {one: 2}[copy.copy(one)] == 2
+    for change in (dict(Q=[[2]]), dict(estimates=None), dict(name="a"), dict(U=[1])):
+        assert dataclasses.replace(plant, **change) != plant
+    assert lb.Plant([[-0.0]], None, [[1]]) == lb.Plant([[0.0]], None, [[1]])
+    assert lb.Plant([[0.5]], None, [[1]]) != lb.Observer(*[[[0.5]]] * 7)

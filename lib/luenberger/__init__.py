@@ -15,7 +15,6 @@ from . import interrupts as interrupts  # before all that takes time
 from . import sampling as sampling
 from .analysis.constant_parameter import white_noise_factor as white_noise_factor
 from .analysis.error_covariance import error_covariance as error_covariance
-from .analysis.error_covariance import mean_error as mean_error
 from .analysis.optimality import Optimality as Optimality
 from .analysis.optimality import optimality as optimality
 from .analysis.step_cost import multiply_adds as multiply_adds

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.analysis.error_covariance import mean_error
 
 STEPS = 4
 
@@ -102,7 +103,7 @@ def test_moments_from_the_start_on(steps, what):
     if what == "white":
         U = model.R
         model = lb.Plant([[0]], None, [[0], [0]], R=U, **none)
-    found = lb.error_covariance(observer, plant, steps=STEPS, U=U)
+    found = lb.error_covariance(observer, plant.with_input(U), steps=STEPS)
     wanted = side_by_side(observer, plant, model, STEPS)
     np.testing.assert_allclose(found, wanted, rtol=1e-10)
 
@@ -114,7 +115,7 @@ def test_a_model_without_a_start_has_run_for_long():
     observer = unfit(rng, plant)
     given = dict(A=[[0.6]], B=None, C=[[1]], dt=1.0, Q=[[3.2]], R=[[0.1]])
     models = (lb.Plant(**given, P0=P0) for P0 in (None, [[5.0]], [[4.0]]))
-    runs = [lb.error_covariance(observer, plant, steps=3, U=U) for U in models]
+    runs = [lb.error_covariance(observer, plant.with_input(U), steps=3) for U in models]
     np.testing.assert_allclose(runs[0], runs[1], rtol=1e-12)
     assert generators.relative(runs[0], runs[2]) > 1e-3
 
@@ -131,8 +132,8 @@ def test_the_steady_state_is_where_the_steps_lead(what, multiplicative):
         observer = dataclasses.replace(observer, G=observer.G + 0.1, W=observer.W + 0.2)
     plant = dataclasses.replace(plant, multiplicative=pairs if multiplicative else ())
     for U in ([2.0], [[4.0]], model_of(rng, 1, states=1), 0):
-        found = lb.error_covariance(observer, plant, U=U)
-        last = lb.error_covariance(observer, plant, U=U, steps=150)[-1]
+        found = lb.error_covariance(observer, plant.with_input(U))
+        last = lb.error_covariance(observer, plant.with_input(U), steps=150)[-1]
         np.testing.assert_allclose(found, last, rtol=1e-8)
 
 
@@ -159,14 +160,20 @@ def test_a_square_wave_leaves_what_a_run_shows():
     """Without noise the mean over a period is all there is, and a run has it."""
     half, plant = 25, motor(Q=0.0, R=0.0)
     observer = of_order_one()
-    found = lb.error_covariance(observer, plant, U=square_wave(half, 12.0, plant.dt))
+    found = lb.error_covariance(
+        observer, plant.with_input(square_wave(half, 12.0, plant.dt))
+    )
     sign = np.where(np.arange(1001) // half % 2 == 0, 12.0, -12.0)
     run = lb.simulate(plant, observer, 1000, u=sign[:, None])
     e = run.error[1000 - 2 * half : 1000]
     np.testing.assert_allclose(found, e.T @ e / len(e), rtol=1e-9)
-    assert found[0, 0] > 1 and not lb.error_covariance(observer, plant, U=0).any()
-    with_noise = lb.error_covariance(observer, motor(), U=square_wave(half, 12.0, 0.01))
-    alone = lb.error_covariance(observer, motor(), U=0)
+    assert (
+        found[0, 0] > 1 and not lb.error_covariance(observer, plant.with_input(0)).any()
+    )
+    with_noise = lb.error_covariance(
+        observer, motor().with_input(square_wave(half, 12.0, 0.01))
+    )
+    alone = lb.error_covariance(observer, motor().with_input(0))
     np.testing.assert_allclose(with_noise, found + alone, rtol=1e-9)
 
 
@@ -177,14 +184,14 @@ def test_waves_that_differ_in_phase_only_leave_the_same():
     given = dict(A=[[c, -s], [s, c]], B=None, C=[[1, 0]], dt=plant.dt)
     one = lb.Plant(**given, x0=[3, 0], P0=np.zeros((2, 2)))
     spread = lb.Plant(**given, P0=4.5 * np.eye(2))
-    X = [lb.error_covariance(observer, plant, U=U) for U in (one, spread)]
+    X = [lb.error_covariance(observer, plant.with_input(U)) for U in (one, spread)]
     np.testing.assert_allclose(X[0], X[1], rtol=1e-10)
     z = np.exp(1j * turn)  # and by the frequency response, side by side
     x = np.linalg.solve(z * np.eye(2) - plant.A, plant.B)
     y, o = plant.C @ x, observer
     e = o.P @ np.linalg.solve(z - o.F, o.G + o.D @ y) + o.V @ y + o.W - x
     gain = (e @ e.conj().T).real * 3**2 / 2
-    alone = lb.error_covariance(observer, plant, U=0)
+    alone = lb.error_covariance(observer, plant.with_input(0))
     np.testing.assert_allclose(X[0], alone + gain, rtol=1e-10)
 
 
@@ -214,12 +221,12 @@ def test_a_gain_that_is_off_by_a_ten_thousandth_in_exact_rationals(unit, R):
     drift = lb.Plant([[7 / 8]], None, [[1]], dt=1.0, Q=[[144 * 15 / 64]])
     exactly = {"level": bias**2, "white": white, "first": first}
     for name, U in (("level", [12]), ("white", [[144]]), ("first", drift)):
-        X = lb.error_covariance(observer, plant, U=U)
+        X = lb.error_covariance(observer, plant.with_input(U))
         wanted = float(noise + exactly[name]) * unit**2
         assert X[0, 0] == pytest.approx(wanted, rel=1e-11)
-    mean = lb.mean_error(observer, plant, U=[12])
+    mean = mean_error(observer, plant.with_input([12]))
     assert mean == pytest.approx([float(bias) * unit], rel=1e-11)
-    assert not lb.mean_error(observer, plant, U=[[144]]).any()
+    assert not mean_error(observer, plant.with_input([[144]])).any()
 
 
 def test_a_state_that_grows_unseen_by_the_error_does_no_harm():
@@ -232,16 +239,16 @@ def test_a_state_that_grows_unseen_by_the_error_does_no_harm():
 
     true, observer = shaft(2.6), lb.reduced_order_filter(shaft(2.0), 0)
     for U in ([1.0], [[1.0]]):
-        found = lb.error_covariance(observer, true, U=U)
-        last = lb.error_covariance(observer, true, U=U, steps=300)[-1]
+        found = lb.error_covariance(observer, true.with_input(U))
+        last = lb.error_covariance(observer, true.with_input(U), steps=300)[-1]
         np.testing.assert_allclose(found, last, rtol=1e-7)
-    bias = lb.mean_error(observer, true, U=[1.0])
+    bias = mean_error(observer, true.with_input([1.0]))
     run = lb.simulate(true, observer, 400, u=np.ones((401, 1)))
     np.testing.assert_allclose(bias, run.error[-1], rtol=1e-8)
     still = np.zeros((2, 2))
     off = lb.Plant(true.A * 1.01, true.B, [[0, 1]], Q=still, R=[[1]], dt=0.1)
     with pytest.raises(lb.DesignError, match="no steady state: the observer does not"):
-        lb.error_covariance(observer, off, U=0)
+        lb.error_covariance(observer, off.with_input(0))
 
 
 def integrator(turned, C):
@@ -265,12 +272,12 @@ def test_a_mode_on_the_circle_that_the_error_shows_is_refused(U):
         within += np.abs(np.linalg.eigvals(true.A)).max() < 1
         observer = lb.kalman_filter(plant)
         with pytest.raises(lb.DesignError, match="has the mode 1 on or outside"):
-            lb.error_covariance(observer, true, U=U)
+            lb.error_covariance(observer, true.with_input(U))
     assert within > 3
     other = integrator(turned, C)
     aside = dataclasses.replace(other, B=1.5 * other.B)  # u counts, its integral not
-    found = lb.error_covariance(observer, aside, U=U)
-    last = lb.error_covariance(observer, aside, U=U, steps=400)[-1]
+    found = lb.error_covariance(observer, aside.with_input(U))
+    last = lb.error_covariance(observer, aside.with_input(U), steps=400)[-1]
     np.testing.assert_allclose(found, last, rtol=1e-7)
 
 
@@ -282,7 +289,9 @@ def test_an_input_that_does_not_reach_the_error_needs_no_statistics():
     observer = lb.fixed_order_filter(plant, 1, L=[[1, 0, 0]])
     assert lb.certify(observer, plant).dynamics > 1e-3
     alone = lb.error_covariance(observer, plant)
-    np.testing.assert_array_equal(alone, lb.error_covariance(observer, plant, U=[5.0]))
+    np.testing.assert_array_equal(
+        alone, lb.error_covariance(observer, plant.with_input([5.0]))
+    )
     coupled = dataclasses.replace(plant, B=[[0], [1e-6], [1]])
     with pytest.raises(lb.DesignError, match="depends on the known input"):
         lb.error_covariance(observer, coupled)
@@ -292,6 +301,7 @@ REFUSED = {
     "U must be a level .* got 12.0; one input has the level \\[12.0\\]": 12.0,
     "U must be a level .* got shape \\(1, 1, 1\\)": [[[12.0]]],
     "U must be a level .* got {'voltage': 12}": {"voltage": 12},
+    "U must be a level .* or 0; got '12'": "12",
     "U\\[0\\] is nan": [np.nan],
     "U must have shape \\(1,\\)": [1.0, 2.0],
     "U must be 1 x 1": np.eye(2),
@@ -309,14 +319,14 @@ def test_statistics_that_are_none(reason, U):
     plant = motor()
     observer = of_order_one()
     with pytest.raises(ValueError, match=reason):
-        lb.error_covariance(observer, plant, U=U)
+        lb.error_covariance(observer, plant.with_input(U))
 
 
 def test_figures_for_u_equal_to_zero_say_so():
     plant = dataclasses.replace(motor(), P0=np.eye(motor().n))
     disturbed, exact = of_order_one(), lb.kalman_filter(plant)
     assert "u = 0" in lb.optimality(disturbed, plant).note
-    assert lb.optimality(disturbed, plant, U=[1.0]).note == ""
+    assert lb.optimality(disturbed, plant.with_input([1.0])).note == ""
     assert lb.optimality(exact, plant).note == ""
     for observer, said in ((disturbed, True), (exact, False)):
         found = lb.monte_carlo(plant, observer, runs=2, steps=2, seed=8)

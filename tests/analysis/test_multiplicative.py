@@ -135,7 +135,7 @@ def test_error_of_constant_observers_over_steps(make, m, known):
     observer = make(plant)
     observer = dataclasses.replace(observer, z0=observer.z0 + 1)
     wanted = over(observer, plant, 6)
-    found = lb.error_covariance(observer, plant, steps=6, U=0)
+    found = lb.error_covariance(observer, plant.with_input(0), steps=6)
     np.testing.assert_allclose(found, wanted, atol=1e-12 * np.abs(wanted).max())
 
 
@@ -362,7 +362,7 @@ def test_filters_that_do_not_model_it_say_what_to_use(design):
 def test_observer_with_a_wrong_input_gain_is_still_refused():
     plant = noisy(15, m=1)
     observer = unfit(8, plant)
-    assert lb.error_covariance(observer, plant, U=0).shape == (3, 3)
+    assert lb.error_covariance(observer, plant.with_input(0)).shape == (3, 3)
     with pytest.raises(lb.DesignError, match="depends on the known input"):
         wrong = dataclasses.replace(observer, G=observer.G + 0.1)
         lb.error_covariance(wrong, plant)

@@ -48,11 +48,10 @@ def test_the_command_gives_what_the_library_does(call, here):
     assert (status, err) == (0, "")
     wanted = lb.robustness(
         OF_FILES,
-        MOTOR,
+        MOTOR.with_input([12.0]),
         ranges={"A[1,1]": "10 %", "B[1,0]": (0.08, 0.12)},
         samples=2,
         seed=3,
-        U=[12.0],
     )
     found = json.loads(out)
     assert found["cases"] == wanted.rows() and len(wanted.rows()) == 2 * 7
@@ -80,7 +79,7 @@ def test_a_file_says_what_the_input_is_like(call, here, held, U):
     line = ("--ranges", "B[1,0]=5%", "--samples", "0", *GIVEN, "--U", "drives.json")
     status, out, _ = call(*line, "--json")
     ranges = {"B[1,0]": "5 %"}
-    wanted = lb.robustness(OF_FILES, MOTOR, ranges=ranges, samples=0, U=U)
+    wanted = lb.robustness(OF_FILES, MOTOR.with_input(U), ranges=ranges, samples=0)
     assert status == 0 and json.loads(out)["cases"] == wanted.rows()
     status, out, err = call("--plants", "other.json", *GIVEN, "--json")
     plants = {case["plant"] for case in json.loads(out)["cases"]}
@@ -123,7 +122,7 @@ def test_what_the_library_refuses_is_refused_in_one_line(call, here):
 def test_compare_takes_the_same(here, capfd):
     assert main(["compare", "motor.json", "--U", "12", "--json"]) == 0
     found = json.loads(capfd.readouterr().out)
-    assert found["designs"] == lb.compare(MOTOR, U=[12.0]).rows()
+    assert found["designs"] == lb.compare(MOTOR.with_input([12.0])).rows()
 
 
 def test_estimates_are_named_on_the_command_line(call, here):
@@ -147,8 +146,8 @@ def test_a_continuous_model_is_sampled_as_the_plant_is(call, here, capfd):
     line = ("--ranges", "B[1,0]=5%", "--samples", "0", *GIVEN, "--U", "drives.json")
     status, out, _ = call(*line, "--json")
     ranges, U = {"B[1,0]": "5 %"}, model.sampled(MOTOR.dt)
-    wanted = lb.robustness(OF_FILES, MOTOR, ranges=ranges, samples=0, U=U)
+    wanted = lb.robustness(OF_FILES, MOTOR.with_input(U), ranges=ranges, samples=0)
     assert status == 0 and json.loads(out)["cases"] == wanted.rows()
     assert main(["compare", "motor.json", "--U", "drives.json", "--json"]) == 0
     found = json.loads(capfd.readouterr().out)
-    assert found["designs"] == lb.compare(MOTOR, U=U).rows()
+    assert found["designs"] == lb.compare(MOTOR.with_input(U)).rows()

@@ -141,7 +141,7 @@ def test_no_work_is_spent_on_an_error_that_is_alike():
     """A fixed-order filter is better by 1e-7, and twice the work."""
     plant = lb.Plant([[-1, 20], [-2, -50]], [[0], [100]], [[1, 0]], Q=1e-2 * np.eye(2),
                      R=[[1e-4]]).sampled(0.01)  # fmt: skip
-    table = lb.compare(plant, U=[[25.0]], budget=dict(states=1))
+    table = lb.compare(plant.with_input([[25.0]]), budget=dict(states=1))
     least = min(one.error for one in table.ranked if one.order == 1)
     chosen = table.recommended()
     assert least < chosen.error * (1 - 1e-9) and chosen.error < least * (1 + 1e-6)

@@ -56,8 +56,8 @@ def test_the_form_estimates_as_the_design_does(table, designed):
     one = table.find("fixed-order filter", label="order 3 for k x")
     assert one.covariance is None and one.disturbed
     for U in (0, [[4.0]]):
-        left = lb.error_covariance(one.observer, drive(), U=U)
-        wanted = lb.error_covariance(designed, drive(), U=U)
+        left = lb.error_covariance(one.observer, drive().with_input(U))
+        wanted = lb.error_covariance(designed, drive().with_input(U))
         assert np.allclose(left, wanted, rtol=1e-9)
     assert lb.optimality(one.observer, drive()).worst < 1e-6
 

@@ -107,7 +107,9 @@ def test_the_best_constant_gain_is_best_for_what_is_asked_for(on, accurate, row)
     K = lb.reduced_order_filter(on, accurate, weight=weight, horizon="steady").V
     least = steady_error(K, on, weight)
     u = None if on.m == 0 else 0
-    np.testing.assert_allclose(lb.error_covariance(made, on, U=u), least, rtol=1e-9)
+    np.testing.assert_allclose(
+        lb.error_covariance(made, on.with_input(u)), least, rtol=1e-9
+    )
     whole = lb.reduced_order_filter(on, accurate, horizon="steady").V
     assert least <= steady_error(whole, on, weight) * (1 + 1e-9)
     free = np.linalg.svd(on.C[accurate])[2][len(accurate) :].T

@@ -77,7 +77,9 @@ def sentence(table, data):
 
 @pytest.fixture(scope="module")
 def levelled():
-    table = lb.compare(OVEN, U=[60.0], methods=["Kalman filter", "fixed-order filter"])
+    table = lb.compare(
+        OVEN.with_input([60.0]), methods=["Kalman filter", "fixed-order filter"]
+    )
     assert table.chosen.order == 1
     return table
 
@@ -89,8 +91,10 @@ def test_the_recommended_observer_is_judged_on_the_record(levelled):
     assert "The record agrees with the model" in said
     assert "worse on this record than its errors promise" in said
     steady, _ = of_input(np.zeros((4000, 1)))
-    said = sentence(lb.compare(OVEN, U=0, methods=["Kalman filter", "fixed-order "
-                               "filter"]), steady)  # fmt: skip
+    still = lb.compare(
+        OVEN.with_input(0), methods=["Kalman filter", "fixed-order filter"]
+    )
+    said = sentence(still, steady)
     assert "the recommended observer misses" in said and "worse on this" not in said
 
 

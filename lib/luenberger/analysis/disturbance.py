@@ -10,14 +10,14 @@ from ..plant import Plant
 
 EXACT_TOL = 1e-9  # relative; an answer to the input below it is rounding
 HOW_TO_SAY = (
-    "Give its statistics as U: a level for each input such as [12.0], constant for "
-    "ever (an input that switches is not that), the covariance of white inputs such as "
-    "[[144.0]], or a Plant without input whose outputs they are. U=0 stands for an "
-    "input that is always zero."
+    "Say what it is like, plant.with_input(U): a level for each input such as [12.0], "
+    "constant for ever (an input that switches is not that), the covariance of white "
+    "inputs such as [[144.0]], or a Plant without input whose outputs they are. U=0 "
+    "stands for an input that is always zero."
 )
 NO_INPUT = (
     "The known input disturbs this estimate, and nothing was said of it: u = 0 here. "
-    "error_covariance(..., U=) counts what it does."
+    "error_covariance of plant.with_input(U) counts what it does."
 )
 
 

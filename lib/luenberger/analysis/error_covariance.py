@@ -17,7 +17,6 @@ from .disturbance import disturbed, require_undisturbed
 from .error_system import error_system
 from .known_input import (
     KnownInput,
-    Statistics,
     driven,
     known_input,
     seen,
@@ -31,7 +30,6 @@ def error_covariance(
     plant: Plant,
     *,
     steps: int | None = None,
-    U: Statistics | None = None,
 ) -> Matrix:
     r"""Second moment E[e e'] of the error e = w^ - L x of any observer on a plant.
 
@@ -42,30 +40,24 @@ def error_covariance(
 
     whatever the known input.  Where it does not (a filter of fixed order, or another
     plant than it was designed for), state and input drive the error too.  Then the
-    moments of x and eps are propagated together, with those of the input that `U`
-    says; a mean error counts with its square.
+    moments of x and eps are propagated together, with those of the input that
+    ``plant.U`` says; a mean error counts with its square.
 
     Multiplicative noise joins w and v: ``w + sum g_j A_j x`` and ``v + sum g_j C_j x``
     are white and uncorrelated with the past, with covariances that follow from the
-    second moment E[x x'] of the state.  That depends on the input, too: without `U` it
-    is taken as zero.
+    second moment E[x x'] of the state.  That depends on the input, too: without ``U``
+    it is taken as zero.
 
     Parameters
     ----------
     observer : Observer
         With any gains, optimal or not, designed for this plant or for another one.
     plant : Plant
-        Discrete, with Q and R; with P0 when `steps` is given.
+        Discrete, with Q and R; with P0 when `steps` is given.  What is known of its
+        input, U, counts where that disturbs the estimate; of an input with tones the
+        steady value is the mean over time.
     steps : int, optional
         Number of steps; default the steady state of a constant observer.
-    U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input: a level for each input, constant for ever from
-        before the start (an input that switches is not that), the covariance of white
-        inputs, or a plant without input whose outputs they are (its x0, P0 are
-        of instant 0; default its steady state).  A periodic input is a plant whose
-        modes lie on the unit circle; then the steady value is the mean over time.  0
-        is an input that is always zero.  Not needed where the input does not disturb
-        the estimate.
 
     Returns
     -------
@@ -79,11 +71,11 @@ def error_covariance(
     DesignError
         Without noise covariances or P0, when there is no steady state (the modes at
         fault are named, or how much multiplicative noise the plant would stand), or
-        when the known input disturbs the estimate and `U` is not given.
+        when the known input disturbs the estimate and the plant has no U.
 
     See Also
     --------
-    mean_error : the part of it that is a bias.
+    Plant.with_input : what is known of the input.
 
     References
     ----------
@@ -99,13 +91,6 @@ def error_covariance(
     >>> lb.error_covariance(lb.kalman_filter(plant), plant).round(12)
     array([[0.75, 0.5 ],
            [0.5 , 1.  ]])
-
-    A gain on the input that is wrong by a tenth, and an input of 3:
-
-    >>> plant = lb.Plant([[0.5]], [[1]], [[1]], dt=1.0, Q=[[0]], R=[[0]])
-    >>> believed = lb.Plant([[0.5]], [[0.9]], [[1]], dt=1.0, Q=[[0]], R=[[1]])
-    >>> lb.error_covariance(lb.kalman_filter(believed), plant, U=[3]).round(12)
-    array([[0.36]])
     """
     expect(observer=observer, plant=plant)
     require_match(observer, plant)
@@ -115,61 +100,27 @@ def error_covariance(
     if observer.steps is not None and steps is None:
         raise ValueError("give steps: a time-varying observer has no steady state")
     certificate = certify(observer, plant)
-    given = None if U is None else known_input(U, plant)
-    if given is None:
+    if plant.U is None:
         require_undisturbed(observer, plant, certificate)
     elif disturbed(observer, plant, certificate) or plant.multiplicative:
-        return _driven(observer, plant, steps, given)
+        return _driven(observer, plant, steps, known_input(plant))
     system = error_system(observer, plant, steps, certificate)
     return system.steady() if steps is None else system.over(steps)
 
 
-def mean_error(
-    observer: Observer, plant: Plant, *, U: Statistics | None = None
-) -> Vector:
-    r"""The mean E[e] of the error of a constant observer in the steady state.
+def mean_error(observer: Observer, plant: Plant) -> Vector:
+    """The mean E[e] of the error of a constant observer in the steady state.
 
     It is what the level of the known input leaves, (I - F) eps = -N u and e = P eps +
     (W + V E) u with the residuals N of (10), and zero where the input does not disturb
-    the estimate.  ``error_covariance`` less its square is the spread about it.
-
-    Parameters
-    ----------
-    observer, plant, U
-        As of `error_covariance`.
-
-    Returns
-    -------
-    (q,) ndarray
-
-    Raises
-    ------
-    DesignError
-        As `error_covariance`.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.5]], [[1]], [[1]], dt=1.0, Q=[[0]], R=[[0]])
-    >>> believed = lb.Plant([[0.5]], [[0.9]], [[1]], dt=1.0, Q=[[0]], R=[[1]])
-    >>> lb.mean_error(lb.kalman_filter(believed), plant, U=[3]).round(12)
-    array([-0.6])
+    the estimate.
     """
-    expect(observer=observer, plant=plant)
-    require_match(observer, plant)
-    require_real("the mean error", plant, observer)
-    if observer.steps is not None or plant.steps is not None or plant.dt == 0:
-        raise DesignError(
-            "the mean error is that of the steady state of a constant discrete plant "
-            "and a constant observer"
-            + (f"; {SAMPLE}" if plant.dt == 0 else "; monte_carlo simulates others")
-        )
     certificate, none = certify(observer, plant), np.zeros(len(observer.L))
-    if U is None:
+    if plant.U is None:
         require_undisturbed(observer, plant, certificate)
-    if U is None or not disturbed(observer, plant, certificate):
+    if plant.U is None or not disturbed(observer, plant, certificate):
         return none
-    level = known_input(U, plant).level
+    level = known_input(plant).level
     system = error_system(observer, plant, None, certificate)
     return system.of_tone(1.0, level[:, None])[:, 0].real if level.any() else none
 

@@ -7,31 +7,23 @@ papers/leondes_novak/derivation/known_input.py.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import ArrayLike
 
 from .. import kernels
-from ..errors import DesignError, short
+from ..errors import DesignError
 from ..numeric import Matrices, Matrix, Vector
-from ..numeric.covariances import covariance
 from ..numeric.factors import factor
 from ..numeric.linalg import UNIT_TOL, lyapunov, modes
-from ..numeric.validation import numbers, vector
 from ..observer import Observer
 from ..papers.leondes_novak.derivation import driven_pair, observer_of_both
 from ..papers.leondes_novak.derivation import driven_plant as model_and_plant
 from ..plant import Plant
 
-Statistics = ArrayLike | Plant
-WANTED = (
-    "U must be a level for each known input, constant for ever, shape (m,), the "
-    "covariance of white inputs, shape (m, m), a Plant whose outputs they are, or 0"
-)
 DRIVEN = 1e-9  # of the noise that reaches a mode, relative: below it is rounding
 DEFECTIVE = 1e-7  # of unit eigenvectors with their duals; below it the mode grows
 
@@ -62,41 +54,25 @@ class KnownInput(NamedTuple):
         return flat and not any(rest) and not noise
 
 
-def known_input(U: Statistics, plant: Plant) -> KnownInput:
-    """The statistics of a plant's known input, as a user gives them.
-
-    Parameters
-    ----------
-    U : (m,) or (m, m) array_like, Plant or 0
-        A level for each input, constant for ever from before the start, the covariance
-        of white inputs, or a plant without input whose outputs they are; 0 for inputs
-        that are always zero.
-    plant : Plant
+def known_input(plant: Plant) -> KnownInput:
+    """The statistics of a plant's known input, of which U says something.
 
     Raises
     ------
-    ValueError
-        If U does not fit the plant.
     DesignError
         If the model grows, or noise drives a mode of it that does not decay.
     """
+    U = plant.U
     if isinstance(U, Plant):
-        return _split(_checked(U, plant))
-    if isinstance(U, str | Mapping | Observer):
-        raise ValueError(f"{WANTED}; got {short(U)}")
-    X = numbers("U", U)
-    if X.ndim == 0 and X == 0:
-        X = np.zeros(plant.m)
-    if X.ndim not in (1, 2):
-        got = f"shape {X.shape}" if X.ndim else f"{X}; one input has the level [{X}]"
-        raise ValueError(f"{WANTED}; got {got}")
+        Q, R, S = U.at(0).covariances()
+        return _split(replace(U, Q=Q, R=R, S=S))
     none = np.zeros((1, 1))
     given: dict[str, Any] = dict(dt=plant.dt, Q=none, P0=none)
-    if X.ndim == 2:
-        X, C = covariance("U", X, plant.m), np.zeros((plant.m, 1))
-        model = Plant(none, None, C, R=X, **given)
+    if U.ndim == 2:
+        C = np.zeros((plant.m, 1))
+        model = Plant(none, None, C, R=U, **given)
         return KnownInput(model, model, ())
-    u = vector("U", X, plant.m)[:, None]
+    u = U[:, None]
     R = np.zeros((plant.m, plant.m))
     model = Plant([[1]], None, u, R=R, x0=[1], **given)
     still = replace(model, A=none, C=0 * u, x0=None)
@@ -111,30 +87,8 @@ def no_tones(given: KnownInput) -> DesignError:
         f"whose model decays, and this U has the mode {listed} on the unit circle. "
         "Give in its place a tone whose phase drifts slowly, dataclasses.replace(U, "
         "A=0.999 * U.A, Q=X - 0.999**2 * U.A @ X @ U.A.T), where X is the mean of "
-        "s s' over a period, s the state of U. error_covariance takes U itself."
+        "s s' over a period, s the state of U. error_covariance takes tones."
     )
-
-
-def _checked(model: Plant, plant: Plant) -> Plant:
-    """The model that was given, with zeros for the noises that were not."""
-    if model.m or model.p != plant.m:
-        raise ValueError(
-            f"the model U of the known input must have no input and {plant.m} "
-            f"outputs, one for each input of the plant; it has {model.m} inputs and "
-            f"{model.p} outputs"
-        )
-    if model.dt != plant.dt:
-        raise ValueError(
-            f"the model U has dt={model.dt:g} but the plant dt={plant.dt:g}; "
-            "U.sampled(dt) samples a continuous model"
-        )
-    if model.steps is not None or model.is_complex or model.multiplicative:
-        raise DesignError(
-            "the model U of the known input must be constant and real, without "
-            "multiplicative noise"
-        )
-    Q, R, S = model.at(0).covariances()
-    return replace(model, Q=Q, R=R, S=S)
 
 
 def _split(model: Plant) -> KnownInput:

@@ -23,7 +23,7 @@ from ..observer import Observer
 from ..plant import Plant
 from .disturbance import NO_INPUT, disturbed
 from .error_covariance import mean_error
-from .known_input import KnownInput, Statistics, driven, known_input, no_tones, seen
+from .known_input import KnownInput, driven, known_input, no_tones, seen
 from .mean_square import require_mean_square_stable
 from .necessary_conditions import conditions
 
@@ -53,15 +53,15 @@ class Optimality:
     mean : float or None
         The part of the cost that is a mean error, where the input is at a level.
     cost : float
-        Steady E[(w^ - L x)' weight (w^ - L x)]; for u = 0 unless U was given.
+        Steady E[(w^ - L x)' weight (w^ - L x)]; for u = 0 unless the plant has U.
     tau, Q, Qh, Ph : (n, n) ndarray
         The projection, the error covariance of the lifted estimate, and the theorem's
         two hatted matrices.
     G, Gam : (r, n) ndarray
         tau = G'Gam: z tracks Gam x, and G'z is the lifted estimate.
     note : str
-        Says so where the known input disturbs the estimate and U was not given, so that
-        the cost is that of u = 0; else empty.
+        Says so where the known input disturbs the estimate and the plant has no U, so
+        that the cost is that of u = 0; else empty.
     """
 
     F: float
@@ -129,12 +129,11 @@ def optimality(
     *,
     weight: ArrayLike | None = None,
     feedthrough: bool | None = None,
-    U: Statistics | None = None,
 ) -> Optimality:
     r"""Measure how far an estimator is from the least error of its order.
 
     The cost is that of (3.5), E[(w^ - L x)' weight (w^ - L x)] in the steady state,
-    of the plant without its known input unless `U` says what that is like.  The
+    of the plant without its known input unless its U says what that is like.  The
     necessary conditions are that its four gradients vanish and,
     equivalently, the optimal projection equations (3.14)-(3.17).
 
@@ -143,19 +142,17 @@ def optimality(
     observer : Observer
         Constant and stable; of any method.
     plant : Plant
-        Discrete, constant and mean-square stable, with Q and R.
+        Discrete, constant and mean-square stable, with Q and R; U, if it is given, a
+        level, or a model that decays.
     weight : (q, q) array_like, optional
         Positive semi-definite; default the identity.
     feedthrough : bool, optional
-        Whether V (and with `U` W) is free; default whether it is not zero.
-    U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, as of `error_covariance`; a level, or a model
-        that decays.
+        Whether V (and with U W) is free; default whether it is not zero.
 
     Returns
     -------
     Optimality
-        With a varying `U` its matrices are those of model and plant together.
+        With a varying U its matrices are those of model and plant together.
 
     Raises
     ------
@@ -178,7 +175,7 @@ def optimality(
     expect(observer=observer, plant=plant)
     weight = np.eye(len(observer.L)) if weight is None else weight
     weight = covariance("weight", weight, len(observer.L))
-    given = None if U is None or not plant.m else known_input(U, plant)
+    given = None if plant.U is None or not plant.m else known_input(plant)
     require_match(observer, plant)
     if given is not None and not given.still and not given.tones:
         model = given.varying
@@ -186,7 +183,7 @@ def optimality(
     feedthrough = bool(observer.V.any()) if feedthrough is None else feedthrough
     _require(observer, plant, feedthrough)
     found: dict[str, Any] = conditions(observer, plant, weight, feedthrough)
-    if U is None and plant.m and disturbed(observer, plant, certify(observer, plant)):
+    if plant.U is None and disturbed(observer, plant, certify(observer, plant)):
         found["note"] = NO_INPUT
     if given is not None and (given.still or given.tones):
         mean = _mean_cost(observer, plant, weight, given)
@@ -201,7 +198,7 @@ def _mean_cost(
     """What the mean error at the level of the known input costs."""
     if not given.still:
         raise no_tones(given)
-    e = mean_error(observer, plant, U=given.model)
+    e = mean_error(observer, plant)
     return float(e @ weight @ e)
 
 

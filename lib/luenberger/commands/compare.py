@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from .registration import as_json, dry_run, file, plant_of, register, sample
-from .statistics import known_input, statistics
+from .statistics import known_input, with_input
 from .terminal import tell, tell_json, visible, written
 
 if TYPE_CHECKING:
@@ -186,8 +186,7 @@ def run(options: Namespace) -> None:
     scale = options.scale[0] if len(options.scale or ()) == 1 else options.scale
     with np.errstate(all="ignore"):  # what overflows is in the table as such
         asked = dict(k=options.k, orders=options.orders, scale=scale)
-        given = asked | question(options) | dict(U=statistics(options.U, plant.dt))
-        found = compare(plant, **given)
+        found = compare(with_input(plant, options.U), **asked | question(options))
         if options.json:
             tell_json(_data(plant, found))
         elif options.csv is None:

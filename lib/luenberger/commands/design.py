@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from .compare import estimated, question, within
 from .registration import dry_run, file, folder, plant_of, register, sample
-from .statistics import known_input, statistics
+from .statistics import known_input, with_input
 from .terminal import say, written
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ REPORT = "report.html"
 ESTIMATES = "estimates.csv"
 FROM_DATA = ("data.csv", ESTIMATES)
 OBSERVER = "observer.json"
-QUESTION = "question.json"  # --budget, --float and --U where given, and what was fitted
+QUESTION = "question.json"  # --budget and --float where given, and what was fitted
 RECOMMENDED = (OBSERVER, ESTIMATES)  # only where an observer is recommended
 WRITTEN = ("design.ipynb", "plant.json", OBSERVER, "designs.csv")
 
@@ -89,7 +89,9 @@ def run(options: Namespace) -> None:
         record = measurements.read(options.data, plant)
         plant = given if given.dt > 0 else _sampled_as(given, record, options.data)
         plant, fitted = _fitted(plant, record)
-    asked = _question(plant, options, record)
+    plant = with_input(plant, options.U)
+    _require_input(plant, record)
+    asked = question(options)
     asked |= {FITTED: fitted} if fitted else {}
     beside = _workplace(out)
     if options.dry_run:
@@ -113,22 +115,15 @@ def run(options: Namespace) -> None:
     say(f"done: open {out / REPORT}")
 
 
-def _question(
-    plant: "Plant", options: Namespace, record: "Measurements | None"
-) -> dict[str, Any]:
-    """What `compare` is asked beside the plant, as plain data."""
+def _require_input(plant: "Plant", record: "Measurements | None") -> None:
+    """Raise if what is said of the input is wrong, before anything is designed."""
     from ..analysis.known_input import known_input
     from ..compare.stated_input import require_stated
-    from ..formats.json_records import as_data
-    from ..plant import Plant
 
-    U = statistics(options.U, plant.dt)
-    if U is None:
-        return question(options)
-    known_input(U, plant)  # or its error, before anything is designed
-    if record is not None:
-        require_stated(U, plant, record.u)
-    return question(options) | {"U": as_data("plant", U) if isinstance(U, Plant) else U}
+    if plant.U is not None:
+        known_input(plant)
+        if record is not None:
+            require_stated(plant, record.u)
 
 
 def _planned(plant: "Plant", with_data: bool, asked: dict[str, Any]) -> list[str]:
@@ -190,18 +185,15 @@ def _content(plant: "Plant", file: "JsonFile") -> bytes:
     from ..plant import Plant
 
     given = Plant.from_json(file)
-    plain = json_records.plain
-    same = given.dt == plant.dt and plain(given.estimates) == plain(plant.estimates)
-    if same and (given.Q is None) == (plant.Q is None):
-        if (given.R is None) == (plant.R is None):
-            return file.content
+    if given == plant:
+        return file.content
     about = [plant.description] if plant.description else []
     if given.dt != plant.dt:
         about.append(
             f"Sampled every {plant.dt:g} s from the plant in continuous time, with "
             "inputs held between the samples."
         )
-    told = dataclasses.replace(plant, description=" ".join(about))
+    told = dataclasses.replace(plant, description=" ".join(about) or None)
     return json_records.layout(json_records.as_data("plant", told)).encode()
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .compare import WIDE, estimated, whole_numbers
 from .registration import as_json, file, register, sample
-from .statistics import known_input, statistics
+from .statistics import known_input, with_input
 from .terminal import say, tell, tell_json, visible
 
 if TYPE_CHECKING:
@@ -110,26 +110,26 @@ def run(options: Namespace) -> None:
 
     if bool(options.ranges) == bool(options.plants):
         options.wrong("give --ranges or --plants, one of them")
-    given = Plant.from_json(options.plant)
+    given = with_input(Plant.from_json(options.plant), options.U)
     plant = given if options.sample is None else given.sampled(options.sample)
     observers, ranges = _read(options.observers), dict(options.ranges)
-    first = next(iter(observers.values()), plant)
-    U = statistics(options.U, first.dt)
     if len(ranges) < len(options.ranges):
         options.wrong("--ranges name one entry twice")
     plants: Any = given
     if options.plants:
-        others = {str(path): Plant.from_json(path) for path in options.plants}
+        others = {
+            str(path): with_input(Plant.from_json(path), options.U)
+            for path in options.plants
+        }
         plants = {str(options.plant): given} | others
     with np.errstate(all="ignore"):  # what overflows is in the table as such
         found = robustness(
-            observers or _designs(options, plant, U),
+            observers or _designs(options, plant),
             plants,
             ranges=ranges or None,
             samples=options.samples,
             seed=options.seed,
             k=options.k,
-            U=U,
         )
     if options.json:
         tell_json(_data(plant, found))
@@ -144,12 +144,12 @@ def _read(paths: Iterable["Path"] | None) -> dict[str, "Observer"]:
     return {str(path): Observer.from_json(path) for path in paths or ()}
 
 
-def _designs(options: Namespace, plant: "Plant", U: Any) -> "Comparison":
+def _designs(options: Namespace, plant: "Plant") -> "Comparison":
     """Designs by every method."""
     from ..compare import compare
 
     say(f"designing for {options.plant}")
-    return compare(plant, k=options.k, orders=options.orders, U=U)
+    return compare(plant, k=options.k, orders=options.orders)
 
 
 def _data(plant: "Plant", found: "Robustness") -> dict[str, Any]:

@@ -2,7 +2,10 @@
 
 from argparse import ArgumentParser, ArgumentTypeError
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..plant import Plant
 
 ENTRY = "U"  # of a file: levels, or the covariance of white inputs
 
@@ -37,21 +40,24 @@ def _given(text: str) -> Any:
     return 0 if levels == [0] else levels
 
 
-def statistics(given: Any, dt: float) -> Any:
-    """What `compare` takes as U: levels, a covariance or a plant; None if not given.
+def with_input(plant: "Plant", given: Any) -> "Plant":
+    """The plant with what the option says of its input: levels, a covariance, a model.
 
-    A continuous model is sampled every `dt` seconds, its outputs held between.
+    A continuous model is sampled with a discrete plant, its outputs held between.
     """
     from ..formats.json_files import json_file, require_plain
     from ..plant import Plant
 
+    if given is None:
+        return plant
     if not isinstance(given, Path):
-        return given
+        return plant.with_input(given)
     file = json_file(given, "a plant, or what is known of a known input,")
-    if ENTRY not in file.data:
+    if ENTRY not in file.data or "A" in file.data:
         model = Plant.from_json(file)
-        return model.sampled(dt) if model.dt == 0 < dt else model
+        late = model.dt == 0 < plant.dt
+        return plant.with_input(model.sampled(plant.dt) if late else model)
     if more := set(file.data) - {ENTRY, "description"}:
         raise ValueError(f"{given}: beside {ENTRY!r} there is {sorted(more)[0]!r}")
     require_plain(f"{given}: {ENTRY}", file.data[ENTRY])
-    return file.data[ENTRY]
+    return plant.with_input(file.data[ENTRY])

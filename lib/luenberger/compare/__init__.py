@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.known_input import Statistics, known_input
+from ..analysis.known_input import known_input
 from ..arguments import expect
 from ..errors import DesignError
 from ..kernels.c.numbers import require_c_type
@@ -48,7 +48,6 @@ def compare(
     poles: ArrayLike | None = None,
     methods: Iterable[str] | None = None,
     scale: ArrayLike | None = None,
-    U: Statistics | None = None,
     budget: Mapping[str, float] | Budget | None = None,
     dtype: str = "double",
 ) -> Comparison:
@@ -109,12 +108,6 @@ def compare(
         k x, Leondes-Novak filters with the best constant gain do).  By default each
         standard deviation is compared with the one that the Kalman filter leaves of
         the same state, and the worst state counts, so that no units are added.
-    U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, as of `error_covariance`: fixed-order filters
-        are designed for it, and errors count what it does.  A level is constant for
-        ever from before the start; an input that switches is not that, however well
-        its size is known: it is a covariance or a Plant.  Without U no error is shown
-        of a design that the input disturbs.
     budget : dict, optional
         The most that a design may cost, by one or more of ``multiply_adds`` (of a
         step), ``states`` and ``bytes`` (of state and constants).  The most accurate
@@ -168,17 +161,16 @@ def compare(
         None if orders is None else _orders(orders, plant.n),
         sizes(scale, plant.n if rows is None else len(rows)),
         called,
-        U,
     )
     _require_comparable(plant)
-    if U is not None:
-        known_input(U, plant)  # or its error, once
+    if plant.U is not None:
+        known_input(plant)  # or its error, once
     attempts = tuple(
         one
         for method in _chosen(methods)
         for plan in METHODS[method](asked)
         if _wanted(plan, asked.orders)
-        for one in [attempt(plan, plant, asked.k, U, dtype, asked.orders)]
+        for one in [attempt(plan, plant, asked.k, dtype, asked.orders)]
         if one is not None
     )
     if all(one.refusal for one in attempts):
@@ -189,7 +181,7 @@ def compare(
         )
         raise DesignError(f"{what} exists: {reason}")
     found = judged(asked, attempts, asked.scale)
-    return Comparison(plant, found, asked.k, limits, dtype, called, U)
+    return Comparison(plant, found, asked.k, limits, dtype, called)
 
 
 def _require_comparable(plant: Plant) -> None:

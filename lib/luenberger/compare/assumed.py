@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 def assumed(table: Comparison) -> Iterator[str]:
     """What errors count of the known input, if the comparison was told."""
-    U, plant = table.U, table.plant
+    plant, U = table.plant, table.plant.U
     if U is None or not plant.m:
         return
     if isinstance(U, Plant):

@@ -11,7 +11,6 @@ import numpy as np
 from ..analysis.disturbance import disturbed
 from ..analysis.error_covariance import mean_error
 from ..analysis.error_system import ADVICE
-from ..analysis.known_input import Statistics
 from ..certificate import certify
 from ..numeric import Matrix, Vector
 from ..observer import Observer
@@ -22,7 +21,7 @@ from .perturbed import NOMINAL, Perturbed
 from .question import Question
 
 QUARTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
-UNKNOWN = "the known input disturbs the estimate, and nothing is said of it; give U"
+UNKNOWN = "the known input disturbs the estimate, and nothing is said of it"
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,10 +130,9 @@ def cases(
     one: Perturbed,
     rows: Matrix,
     scale: Vector | None,
-    U: Statistics | None,
 ) -> list[Case]:
     """Every design on one plant; the error is that of rows of the state."""
-    found = {name: _measured(o, one.plant, rows, U) for name, o in observers.items()}
+    found = {name: _measured(o, one.plant, rows) for name, o in observers.items()}
     known = [X.diagonal() for X, _, _ in found.values() if X is not None]
     judge = _judge(one.plant, rows, scale, known)
     out = []
@@ -148,16 +146,13 @@ def cases(
 
 
 def _measured(
-    observer: Observer, plant: Plant, rows: Matrix, U: Statistics | None
+    observer: Observer, plant: Plant, rows: Matrix
 ) -> tuple[Matrix | None, Vector | None, str]:
     """Second moment and mean of an error, or why there is none."""
-    driven, bias = plant.m > 0, np.zeros(len(observer.L))
-    if driven and U is None and disturbed(observer, plant, certify(observer, plant)):
+    if plant.U is None and disturbed(observer, plant, certify(observer, plant)):
         return None, None, UNKNOWN
     try:
-        X = steady_covariance(observer, plant, U)
-        if driven and U is not None:
-            bias = mean_error(observer, plant, U=U)
+        X, bias = steady_covariance(observer, plant), mean_error(observer, plant)
     except ValueError as error:
         return None, None, str(error).removesuffix(ADVICE)
     if not np.array_equal(observer.L, rows):

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..analysis.disturbance import disturbed
 from ..analysis.error_covariance import error_covariance
-from ..analysis.known_input import Statistics
 from ..analysis.optimality import STATIONARY_TOL, optimality
 from ..analysis.step_cost import multiply_adds
 from ..certificate import certify
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 DISTURBED = (
     "Best for u = 0: known inputs disturb its estimate, and no error is known without "
-    "their statistics, U."
+    "plant.with_input(U), which says what they are like."
 )
 FORM_TOL = 1e-12  # of the certificate of another form, beside the design's own
 
@@ -39,7 +38,6 @@ def attempt(
     plan: Plan,
     plant: Plant,
     k: Matrix | None,
-    U: Statistics | None = None,
     dtype: str = "double",
     orders: Collection[int] | None = None,
 ) -> Attempt | None:
@@ -54,7 +52,7 @@ def attempt(
         observer, warned = _quietly(plan.design)
         if orders is not None and observer.order not in orders:
             return None
-        figures: Any = _figures(observer, plant, plan, U, dtype)
+        figures: Any = _figures(observer, plant, plan, dtype)
     except ValueError as error:  # DesignError, CertificateError: listed, not raised
         return Attempt(*given, **known, refusal=str(error))
     form, name = figures["observer"], figures["form"]
@@ -65,7 +63,7 @@ def attempt(
         formed.append(f"Left out: {which} that the estimate never shows.")
     if name not in (DESIGNED, SHOWN):
         formed.append(f"Given in other coordinates: {name}.")
-    unknown = found.disturbed and U is None
+    unknown = found.disturbed and plant.U is None
     notes = [plan.note, *formed, found.note, DISTURBED if unknown else "", *warned]
     return dataclasses.replace(found, note=" ".join(filter(None, notes)))
 
@@ -83,16 +81,15 @@ def _figures(
     observer: Observer,
     plant: Plant,
     plan: Plan,
-    U: Statistics | None,
     dtype: str,
 ) -> dict[str, Any]:
     best, certificate = None, certify(observer, plant)
-    asked: Any = dict(weight=plan.weight, feedthrough=plan.feedthrough, U=U)
+    asked: Any = dict(weight=plan.weight, feedthrough=plan.feedthrough)
     if plan.feedthrough is not None:
         best = optimality(observer, plant, **asked)
 
     moved = disturbed(observer, plant, certificate)
-    known = noisy(plant) and not (moved and U is None)
+    known = noisy(plant) and not (moved and plant.U is None)
 
     rounded = Rounded(observer, plant, dtype)
 
@@ -109,7 +106,7 @@ def _figures(
     if not observer.is_complex:
         form, name, (work, operations, size) = cheapest(observer, sound, dtype)
     return dict(
-        covariance=steady_covariance(observer, plant, U) if known else None,
+        covariance=steady_covariance(observer, plant) if known else None,
         disturbed=moved,
         noise_gain=noise_gain(observer, plant),
         work=work,
@@ -123,16 +120,14 @@ def _figures(
     )
 
 
-def steady_covariance(
-    observer: Observer, plant: Plant, U: Statistics | None = None
-) -> Matrix:
+def steady_covariance(observer: Observer, plant: Plant) -> Matrix:
     """The steady error covariance, 0 where nothing moves what is estimated.
 
     What decays and has no noise is known without measuring, but the gain that an
     iteration leaves for it is not quite 0.  What that lets in of R, beside what a plain
     inverse of C would, is below rounding.
     """
-    Sigma, L = error_covariance(observer, plant, U=U), observer.L
+    Sigma, L = error_covariance(observer, plant), observer.L
     if disturbed(observer, plant, certify(observer, plant)):
         return Sigma
     if plant.multiplicative and plant.Q.any() or radius(plant.A) >= 1 - UNIT_TOL:
@@ -156,7 +151,8 @@ def noise_gain(observer: Observer, plant: Plant) -> float | None:
         Q=np.zeros((plant.n, plant.n)),
         R=np.eye(plant.p) if plant.R is None else plant.R,
         S=None,
+        U=np.zeros(plant.m),
         multiplicative=(),
     )
-    left = error_covariance(observer, quiet, U=0 if plant.m else None)
+    left = error_covariance(observer, quiet)
     return float(np.sqrt(max(np.trace(left), 0.0)))

@@ -133,7 +133,6 @@ def fixed_order(asked: Question) -> Iterator[Plan]:
             weight=asked.weight,
             feedthrough=feedthrough,
             starts=STARTS,
-            U=asked.U,
         )
         if order > most:
             design = functools.partial(_not_tried, plant.n)

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.known_input import Statistics
 from ..analysis.mean_square import equivalent_noise
 from ..numeric import Vector
 from ..numeric.linalg import eigenvalues
@@ -32,7 +31,6 @@ class Question:
     orders: tuple | None = None
     scale: np.ndarray | None = None
     called: tuple[str, ...] | None = None  # the rows of k x
-    U: Statistics | None = None
 
     @property
     def L(self) -> Combinations | None:

@@ -204,7 +204,7 @@ def _passed_over(table: Comparison) -> Iterator[str]:
     if unknown:
         yield (
             f"Not weighed: {count(len(unknown), 'design')} whose estimate the known "
-            "input disturbs. They are weighed once compare(plant, U=...) says what it "
+            "input disturbs. They are weighed once plant.with_input(U) says what it "
             "is like."
         )
 

@@ -101,5 +101,5 @@ def _unknown(table: Robustness) -> Iterator[str]:
     if unknown:
         yield (
             f"Not weighed: {', '.join(unknown)}, whose estimate the known input "
-            "disturbs on some plant. robustness(..., U=...) says what it is like."
+            "disturbs on some plant. plant.with_input(U) says what it is like."
         )

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..analysis.known_input import Statistics, known_input
+from ..analysis.known_input import known_input
 from ..analysis.step_cost import multiply_adds
 from ..arguments import expect_as
 from ..certificate import require_match
@@ -34,7 +34,6 @@ def robustness(
     seed: int = 0,
     k: Combinations | None = None,
     scale: ArrayLike | None = None,
-    U: Statistics | None = None,
 ) -> Robustness:
     r"""Judge designs on every plant that there may be: worst case, spread and choice.
 
@@ -50,12 +49,12 @@ def robustness(
     Parameters
     ----------
     observers : dict of str to Observer, list of Observer, or Comparison
-        Constant designs.  Of a comparison, all its designs, with its `k`, `scale` and
-        `U`.
+        Constant designs.  Of a comparison, all its designs, with its `k` and `scale`.
     plants : dict of str to Plant, list of Plant, or Plant
         With Q and R; of the same numbers of states, inputs and outputs.  With `ranges`
         the nominal plant.  A continuous plant is sampled at the period of the designs,
-        after its entries have been varied.
+        after its entries have been varied.  Where the known input disturbs an
+        estimate, as it does on a plant of other dynamics, no error is known without U.
     ranges : dict or (callable, dict), optional
         Entries of the nominal plant, counted from 0, with their bounds:
         ``{"A[1,1]": (-0.65, -0.35)}``, or ``{"A[1,1]": "30 %"}`` of the nominal entry
@@ -72,11 +71,6 @@ def robustness(
     scale : (n,) array_like or float, optional
         Typical sizes of the states, or of the rows of k x.  The error is then the root
         mean square of standard deviations in these units, and not a ratio.
-    U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, as of `error_covariance`; a level is constant
-        for ever from before the start, which an input that switches is not.  Where it
-        disturbs an estimate, as it does on a plant of other dynamics, no error is known
-        without it.
 
     Returns
     -------
@@ -113,15 +107,14 @@ def robustness(
     if isinstance(observers, Comparison):
         k = observers.asked if k is None else k
         scale = observers.scale if scale is None else scale
-        U = observers.U if U is None else U
     designs = _designs(observers)
     every = perturbed(plants, ranges, samples, seed, next(iter(designs.values())).dt)
     given, called = by_name(k, every[0].plant)
     rows = _rows(designs, given)
     units = sizes(scale, len(rows))
     for one in every:
-        _require(designs, one, U)
-    found = [cases(designs, one, rows, units, U) for one in every]
+        _require(designs, one)
+    found = [cases(designs, one, rows, units) for one in every]
     spreads = tuple(
         Spread(name, designs[name], multiply_adds(designs[name]), tuple(of_one))
         for name, of_one in zip(designs, zip(*found))
@@ -192,9 +185,7 @@ def _rows(designs: Mapping[str, Observer], k: Any) -> Matrix:
     return allowed[0]
 
 
-def _require(
-    designs: Mapping[str, Observer], one: Perturbed, U: Statistics | None
-) -> None:
+def _require(designs: Mapping[str, Observer], one: Perturbed) -> None:
     """Refuse plants that no error is of."""
     plant = one.plant
     try:
@@ -205,7 +196,7 @@ def _require(
             raise DesignError(f"it needs both noise covariances Q and R; {advice}")
         for observer in designs.values():
             require_match(observer, plant)
-        if U is not None:
-            known_input(U, plant)
+        if plant.U is not None:
+            known_input(plant)
     except ValueError as error:
         raise type(error)(f"plant {one.name!r}: {error}") from None

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..analysis.known_input import Statistics, known_input
+from ..analysis.known_input import known_input
 from ..errors import DesignError, short
 from ..numeric import Matrix, Vector
 from ..plant import Plant
@@ -17,16 +17,16 @@ SURE = 4.0  # standard errors that a mean square may be off by
 SLOWEST = 0.999  # the largest factor of a model that is proposed
 
 
-def require_stated(U: Statistics, plant: Plant, u: Matrix) -> None:
-    """Raise unless a record's input can be what U says.
+def require_stated(plant: Plant, u: Matrix) -> None:
+    """Raise unless a record's input can be what the plant's U says.
 
     At a level it does not move, and is at that level.  Of white inputs the mean square
     is their variance, within its sampling error.  Other models are not judged.
 
     Parameters
     ----------
-    U : as of `known_input`
     plant : Plant
+        With U.
     u : (N, m) ndarray
 
     Raises
@@ -34,12 +34,12 @@ def require_stated(U: Statistics, plant: Plant, u: Matrix) -> None:
     DesignError
         Naming the input, with what the record has, and what to write instead.
     """
-    given = known_input(U, plant)
+    given = known_input(plant)
     if not u.size:
         return
     wrong = _levels(given.level, plant, u) if given.still else iter(())
-    if not isinstance(U, Plant) and np.ndim(U) == 2:
-        wrong = _variances(np.diagonal(U).astype(float), plant, u)
+    if isinstance(plant.U, np.ndarray) and plant.U.ndim == 2:
+        wrong = _variances(np.diagonal(plant.U), plant, u)
     said = next(wrong, "")
     if said:
         raise DesignError(f"{said}. {_instead(plant, u)}")

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.known_input import Statistics
 from ..errors import DesignError
 from ..numeric.validation import ReadOnly
 from ..plant import Plant
@@ -43,7 +42,6 @@ class Comparison(Reviews, ReadOnly):
     budget: Budget | None = None
     dtype: str = "double"
     called: tuple[str, ...] | None = None
-    U: Statistics | None = None
 
     @property
     def estimates(self) -> tuple[str, ...]:

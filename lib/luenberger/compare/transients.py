@@ -5,7 +5,6 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from ..analysis.error_covariance import error_covariance
-from ..analysis.known_input import Statistics
 from ..numeric import Matrix
 from ..observer import Observer
 from ..papers.leondes_novak.design import reduced_order_filter
@@ -50,7 +49,7 @@ def transients(
             table, chosen.accurate, steps
         ),
         "recommended, constant gain": lambda: _from_start(
-            chosen.observer, plant, steps, table.U
+            chosen.observer, plant, steps
         ),
     }
     if not chosen.accurate:
@@ -91,18 +90,16 @@ def from_start(
     }
 
 
-def _from_start(
-    observer: Observer, plant: Plant, steps: int, U: Statistics | None = None
-) -> Matrix:
+def _from_start(observer: Observer, plant: Plant, steps: int) -> Matrix:
     if observer.steps is not None:
-        return error_covariance(observer, plant, steps=observer.steps, U=U)
-    later = covariance_from_start(observer, plant, steps, U)
+        return error_covariance(observer, plant, steps=observer.steps)
+    later = covariance_from_start(observer, plant, steps)
     return np.concatenate([[observer.L @ plant.P0 @ observer.L.T], later])
 
 
 def _varying(table: Comparison, accurate: tuple[int, ...], steps: int) -> Matrix:
     observer = reduced_order_filter(table.plant, accurate, L=table.k, steps=steps)
-    return error_covariance(observer, table.plant, steps=steps, U=table.U)
+    return error_covariance(observer, table.plant, steps=steps)
 
 
 def settling_steps(table: Comparison) -> int:

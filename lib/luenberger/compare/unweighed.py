@@ -34,7 +34,7 @@ def why_not(plant: Plant) -> Iterator[str]:
         yield "Nothing is recommended: no error is known of the designs asked for."
         if plant.m:
             yield (
-                "Say what the known input is like, compare(plant, U=...), where it "
+                "Say what the known input is like, plant.with_input(U), where it "
                 "disturbs an estimate."
             )
     if lacking and not plant.is_complex:

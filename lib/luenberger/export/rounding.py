@@ -175,7 +175,7 @@ def rounding_error(
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            Sigma = error_covariance(observer, plant, U=0 if plant.m else None)
+            Sigma = error_covariance(observer, plant.with_input(0))
         sigma = np.sqrt(np.maximum(Sigma.diagonal(), 0))
     except ValueError:  # there is none that is steady
         sigma = None

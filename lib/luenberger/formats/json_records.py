@@ -28,7 +28,9 @@ def as_data(kind: str, frozen: Dataclass) -> dict[str, object]:
     """A record as lists, numbers and strings, headed by what it is; None left out."""
     data = {"luenberger": kind, "format": FORMAT}
     for field in dataclasses.fields(frozen):
-        name, value = field.name, plain(getattr(frozen, field.name))
+        name, value = field.name, getattr(frozen, field.name)
+        inner = dataclasses.is_dataclass(value) and not isinstance(value, type)
+        value = as_data(kind, value) if inner else plain(value)
         if name == "at_first":  # a file has no truth values
             name, value = "P0_is", "prior" if value else None
         if value is not None and value != [] and value != {}:
@@ -105,6 +107,9 @@ def read(
     if missing:
         raise ValueError(f"{file.path}: the {kind} has no {str(missing)[1:-1]}")
     given = {key: value for key, value in data.items() if key in fields}
+    if kind == "plant" and isinstance(given.get("U"), dict):
+        model = JsonFile(Path(f"{file.path}: U"), b"", given["U"])
+        given["U"] = read(model, kind, cls, required, **defaults)
     try:
         return cls(**defaults | given)
     except (ValueError, TypeError) as error:
@@ -176,7 +181,10 @@ def _array(path: str | Path, key: str, value: object) -> object:
     """
     if key == "multiplicative" and isinstance(value, list):
         return [_array(path, key, one) for one in value]
-    if not isinstance(value, dict) or key == "estimates":  # rows by name
+    if not isinstance(value, dict) or key in (
+        "estimates",
+        "U",
+    ):  # rows by name, a plant
         return value
     if set(value) == {"real", "imag"}:
         real, imag = (_numbers(path, key, value[k]) for k in ("real", "imag"))

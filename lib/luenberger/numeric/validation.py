@@ -1,10 +1,11 @@
 """Validation shared by Plant and Observer: checked once, then frozen."""
 
+import dataclasses
 import math
 import re
 import sys
 import warnings
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from numbers import Integral
 from typing import Any, TypeVar
@@ -153,7 +154,16 @@ class ReadOnly:
     """Base of frozen records whose arrays are read-only, in every copy of them too.
 
     A pickle and `copy.deepcopy` make new arrays, which NumPy lets anyone write to.
+    Two records are equal where all their fields are, numbers to the last bit.
     """
+
+    def __eq__(self, other: object) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return _value(self) == _value(other)
+
+    def __hash__(self) -> int:
+        return hash(_value(self))
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         self._fill(**freeze(state))
@@ -162,6 +172,17 @@ class ReadOnly:
         """Set fields from within __post_init__."""
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+
+def _value(one: Any) -> Any:
+    """What can be compared and hashed of a record, an array or a container."""
+    if isinstance(one, np.ndarray):
+        return one.shape, one.dtype.kind, (one + 0.0).tobytes()  # -0 is 0
+    if dataclasses.is_dataclass(one):
+        return tuple(_value(getattr(one, x.name)) for x in dataclasses.fields(one))
+    if isinstance(one, Mapping):
+        return tuple((key, _value(inner)) for key, inner in one.items())
+    return tuple(map(_value, one)) if isinstance(one, tuple | list) else one
 
 
 def exact(value: Any) -> Matrix | None:

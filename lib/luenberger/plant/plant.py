@@ -1,5 +1,7 @@
 """The plant: x+ = A x + B u + w, y = C x + E u + v."""
 
+from __future__ import annotations
+
 from dataclasses import KW_ONLY, dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +25,7 @@ from ..numeric.validation import (
 )
 from .checks import check_joint, check_words, noise_pairs
 from .estimates import Estimates
+from .input import stated
 from .instant import Instant
 from .sampled import one_period
 
@@ -61,6 +64,13 @@ class Plant(ReadOnly):
         E[w v'], default zero; [[Q, S], [S', R]] must be positive semi-definite.
     x0, P0 : (n,), (n, n) array_like, optional
         Mean (default zero) and covariance of the state before the first sample.
+    U : (m,) or (m, m) array_like, Plant or 0, optional
+        What is known of the known input, for errors that it moves: a level for each
+        input, constant for ever from before the start (an input that switches is not
+        that), the covariance of white inputs, or a plant without input whose outputs
+        they are (its x0, P0 are of instant 0; default its steady state).  A periodic
+        input is a plant with modes on the unit circle.  0 is an input that is always
+        zero.
     multiplicative : sequence of (A1, C1), optional
         Noises that multiply the state: A + sum g_k A_k, C + sum g_k C_k with white
         g_k of mean 0 and variance 1, independent of each other and of w, v.
@@ -99,6 +109,7 @@ class Plant(ReadOnly):
     Q: np.ndarray | None = None
     R: np.ndarray | None = None
     S: np.ndarray | None = None
+    U: np.ndarray | Plant | None = None
     x0: np.ndarray = LATER
     P0: np.ndarray | None = None
     multiplicative: tuple[tuple[np.ndarray, np.ndarray], ...] = ()
@@ -135,7 +146,8 @@ class Plant(ReadOnly):
         self._fill(_exact=self._rational(given))
         check_joint(Q, R, S)
         self._fill(
-            dt=sample_time(self.dt),
+            dt=(dt := sample_time(self.dt)),
+            U=stated(self.U, m, dt, Plant),
             multiplicative=noise_pairs(self.multiplicative, n, p),
             estimates=Estimates(self.estimates, n),
             state_names=names("x state", self.state_names, n),
@@ -282,6 +294,30 @@ class Plant(ReadOnly):
         (array([1., 2.]), np.float64(1.0), np.float64(1.0))
         """
         return replace(self, **one_period(self, dt))
+
+    def with_input(self, U: ArrayLike | Plant | None) -> Self:
+        """The plant, and what is known of its known input; None for nothing.
+
+        Errors count it, and designs that can are the best for it.
+
+        Parameters
+        ----------
+        U : (m,) or (m, m) array_like, Plant or 0, optional
+            As of `Plant`.
+
+        Examples
+        --------
+        A filter believes in a gain that is wrong by a tenth, and the input is 3:
+
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[0.5]], [[1]], [[1]], dt=1.0, Q=[[0]], R=[[0]])
+        >>> believed = lb.Plant([[0.5]], [[0.9]], [[1]], dt=1.0, Q=[[0]], R=[[1]])
+        >>> observer = lb.kalman_filter(believed)
+        >>> lb.error_covariance(observer, plant.with_input([3])).round(12)
+        array([[0.36]])
+        """
+        given: Any = U
+        return replace(self, U=given)
 
     @classmethod
     def from_statespace(cls, sys: object, **options: Any) -> Self:

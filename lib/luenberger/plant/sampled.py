@@ -20,8 +20,7 @@ def one_period(plant: "Plant", dt: float) -> dict[str, Any]:
     if dt == 0:
         raise ValueError("the sampling period must be positive, got 0 s")
     fields = over_periods(plant, np.array([dt]))
-    varying = {k: X[0] for k, X in fields.items() if k in "ABQ"}
-    return fields | varying
+    return fields | {k: X[0] for k, X in fields.items() if k in "ABQ"}
 
 
 def over_periods(plant: "Plant", periods: Vector) -> dict[str, Any]:
@@ -31,6 +30,7 @@ def over_periods(plant: "Plant", periods: Vector) -> dict[str, Any]:
     with np.errstate(over="ignore", invalid="ignore"):  # refused below
         parts = period.over_periods(plant.A, plant.B, plant.Q, unique)
     found: dict[str, Any] = dict(S=None, dt=float(periods.mean()))
+    found["U"] = _input(plant.U, unique)
     for name, X in zip("ABQ", parts):
         if X is None:
             continue
@@ -41,6 +41,18 @@ def over_periods(plant: "Plant", periods: Vector) -> dict[str, Any]:
             )
         found[name] = X[where]
     return found
+
+
+def _input(U: Any, unique: Vector) -> Any:
+    """What is known of the input that is held from each sample to the next."""
+    if U is None or isinstance(U, np.ndarray) or U.dt > 0:
+        return U  # of samples, as R is
+    if len(unique) > 1:
+        raise DesignError(
+            "a continuous model U of the known input is sampled at even periods only. "
+            "Leave U out."
+        )
+    return U.sampled(float(unique[0]))
 
 
 def _require(plant: "Plant") -> None:

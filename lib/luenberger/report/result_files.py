@@ -7,8 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..formats import json_records
-from ..formats.json_files import JsonFile, json_file
-from ..plant import Plant
+from ..formats.json_files import json_file
 from ..run import measurements
 
 FITTED = "fitted"  # where the command notes how many numbers it fitted
@@ -30,12 +29,10 @@ def files(table, estimates=None):
 def question(path="question.json"):
     """What `compare` is asked beside the plant; nothing without the file.
 
-    It is the budget, the dtype and U that the command was given.  A dict is a plant.
+    It is the budget and the dtype that the command was given.
     """
     asked = _asked(path)
     asked.pop(FITTED, None)
-    if isinstance(asked.get("U"), dict):
-        asked["U"] = Plant.from_json(JsonFile(Path(path), b"", asked["U"]))
     return asked
 
 

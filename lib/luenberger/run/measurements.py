@@ -9,7 +9,6 @@ from typing import TextIO
 import numpy as np
 
 from ..analysis.error_covariance import error_covariance
-from ..analysis.known_input import Statistics
 from ..at_work import start
 from ..formats.csv_reader import Table
 from ..formats.json_files import opened
@@ -109,7 +108,6 @@ def apply(
     accurate: Sequence[int],
     plant: Plant,
     data: Measurements,
-    U: Statistics | None = None,
 ) -> Estimates:
     """Estimate from a record what an observer estimates.
 
@@ -125,8 +123,6 @@ def apply(
         The outputs it takes as accurate.
     plant : Plant
     data : Measurements
-    U : (m,) or (m, m) array_like, Plant or 0, optional
-        As of `error_covariance`, for the bounds.
     """
     names, covariance = observer.estimate_names, None
     if data.missing:
@@ -151,10 +147,10 @@ def apply(
                 "the plant gives no P0, so the one-sigma bounds are those of steady "
                 "state."
             )
-            covariance = error_covariance(observer, plant, U=U)[None]
+            covariance = error_covariance(observer, plant)[None]
         else:
             how += "the one-sigma bounds start from the plant's P0."
-            covariance = covariance_from_start(observer, plant, len(x), U)
+            covariance = covariance_from_start(observer, plant, len(x))
     require_finite(x, names, lambda k: f"instant {k + 1} of the measurements")
     if covariance is not None:
         variance = np.diagonal(covariance, axis1=1, axis2=2)
@@ -162,17 +158,15 @@ def apply(
     return Estimates(data.time, x, std, how, names, data.stamps)
 
 
-def covariance_from_start(
-    observer: Observer, plant: Plant, samples: int, U: Statistics | None = None
-) -> Matrix:
+def covariance_from_start(observer: Observer, plant: Plant, samples: int) -> Matrix:
     """Error covariance of a constant observer at instants 1 .. samples.
 
     It starts from T times the expected state of the first sample, where a known input
-    of the statistics U begins.
+    of the plant's U begins.
     """
     here = plant.at_first_sample()
     begun = dataclasses.replace(observer, z0=observer.T @ here.x0)
-    return error_covariance(begun, here, steps=samples - 1, U=U)
+    return error_covariance(begun, here, steps=samples - 1)
 
 
 def write(file: TextIO, estimates: Estimates) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...analysis.known_input import Statistics, known_input
+from ...analysis.known_input import known_input
 from ...analysis.optimality import optimality
 from ...arguments import expect
 from ...errors import CertificateError, DesignError
@@ -37,7 +37,6 @@ def fixed_order_filter(
     feedthrough: bool = True,
     starts: int = 24,
     seed: int = 0,
-    U: Statistics | None = None,
 ) -> Observer:
     r"""The estimator of a given order with the least steady error.
 
@@ -54,7 +53,8 @@ def fixed_order_filter(
     ----------
     plant : Plant
         Discrete, constant and stable (mean-square stable with multiplicative noise),
-        with Q and R; S, feedthrough, singular noise and singular A are allowed.
+        with Q and R; S, feedthrough, singular noise and singular A are allowed.  With
+        U the filter is the best for such an input.
     order : int
         1 <= order <= n.  At n it is the Kalman filter of the plant, multiplicative
         noise included.
@@ -69,16 +69,13 @@ def fixed_order_filter(
     starts, seed : int
         Number of starts of the search, and the seed of the random half of them.  The
         result is the same whenever these are.
-    U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, as of `error_covariance`, a level being
-        constant for ever; then the filter is the best for such an input.
 
     Returns
     -------
     Observer
         With T = Gam, in coordinates in which the two Gramians Q2 and P2 of z are
         equal and diagonal.  Every residual of `optimality` is below 1e-8.  Without
-        `U` known inputs enter by G = T B - D E, W = -V E, as in (3.19); unless T is
+        U known inputs enter by G = T B - D E, W = -V E, as in (3.19); unless T is
         exact (`certify`), what is left of x beside z moves with u and disturbs the
         estimate, which is best for u = 0.  With it G and W are as free as D and V, and
         no constant input leaves an error if it is a level.  At order n T = I is exact.
@@ -127,7 +124,7 @@ def fixed_order_filter(
     """
     expect(plant=plant)
     L, called = by_name(L, plant)
-    options: Any = dict(L=L, weight=weight, feedthrough=feedthrough, U=U)
+    options: Any = dict(L=L, weight=weight, feedthrough=feedthrough)
     found = fixed_order_search(plant, order, **options, starts=starts, seed=seed)
     found.best.optimality.require()
     return replace(found.best.observer, estimates=called)
@@ -142,13 +139,12 @@ def fixed_order_search(
     feedthrough: bool = True,
     starts: int = 24,
     seed: int = 0,
-    U: Statistics | None = None,
 ) -> Search:
     """The local minima that `fixed_order_filter` chooses from.
 
     Parameters
     ----------
-    plant, order, L, weight, feedthrough, starts, seed, U
+    plant, order, L, weight, feedthrough, starts, seed
         As of `fixed_order_filter`.
 
     Returns
@@ -185,12 +181,13 @@ def fixed_order_search(
     def search(plant: Plant, L: Matrix) -> Search:
         return _found(plant, order, L, weight, feedthrough, starts, seed)
 
-    if U is None or not plant.m:
-        return search(plant, L)
-    given = known_input(U, plant)  # whatever it is, order n needs no more than (3.19)
+    alone = replace(plant, U=None)
+    if plant.U is None or not plant.m:
+        return search(alone, L)
+    given = known_input(plant)  # whatever it is, order n needs no more than (3.19)
     if order == plant.n:
-        return search(plant, L)
-    return driven_search(search, plant, L, given)
+        return search(alone, L)
+    return driven_search(search, alone, L, given)
 
 
 def _found(
