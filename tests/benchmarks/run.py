@@ -1,6 +1,6 @@
 """Twelve rows of work beside other libraries and C: one run, ratios within a round.
 
-    python tests/benchmarks/run.py                     all, into both READMEs
+    python tests/benchmarks/run.py                     all, into the README beside it
     python tests/benchmarks/run.py --only smoothing    these rows, printed only
     python tests/benchmarks/run.py --quick             short records, printed only
 
@@ -40,10 +40,6 @@ COLUMNS = (
 )  # fmt: skip
 PEERS = "numpy", "numba", "statsmodels", "filterpy", "simdkalman"
 UNITS = {"ns": 1e9, "µs": 1e6, "ms": 1e3, "s": 1.0}
-SHORT = (  # rows of the table in the README of the repository
-    "filter, n = 3", "filter, n = 10", "filter, 10 % gaps, n = 3", "smoothing, n = 3",
-    "fit of noise, n = 3", "call on 200 rows, n = 3",
-)  # fmt: skip
 
 
 # -- our side: all calls of the library -----------------------------------------------
@@ -318,7 +314,6 @@ def main():
         print(table(lines))
     else:
         put(HERE / "README.md", f"{table(lines)}\n\n{versions()}")
-        put(ROOT / "README.md", table({name: lines[name] for name in SHORT}))
 
 
 if __name__ == "__main__":

@@ -169,8 +169,9 @@ def test_version(call):
     assert call("--version") == (0, f"luenberger {version('luenberger')}\n", "")
 
 
-def test_the_readme_lists_every_command():
-    text = (PLANTS.parents[1] / "README.md").read_text(encoding="utf-8")
+def test_the_guide_lists_every_command():
+    page = PLANTS.parent / "pages" / "guide" / "command-line.md"
+    text = page.read_text(encoding="utf-8")
     assert [name for name in NAMES if f"\n| `{name}" not in text] == []
 
 

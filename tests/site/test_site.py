@@ -352,9 +352,9 @@ def test_no_solution_of_the_coursework_is_among_them(site):
     assert "coursework/source" not in index
 
 
-def test_the_readme_builds_them_so():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f".venv/bin/python {' '.join(COMMAND)} notebooks site\n" in readme
+def test_contributors_build_them_so():
+    said = (ROOT / ".github" / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    assert f".venv/bin/python {' '.join(COMMAND)} notebooks site\n" in said
 
 
 # -- the checks themselves -------------------------------------------------------------

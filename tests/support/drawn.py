@@ -1,7 +1,8 @@
 """How many examples hypothesis draws, and whether they are new ones.
 
 CI draws the same few every time.  The long run draws twenty times as many, others in
-each run, and prints how a failing one is drawn again; the README has its command.
+each run, and prints how a failing one is drawn again; `.github/CONTRIBUTING.md` has
+its command.
 """
 
 from hypothesis import HealthCheck, settings
