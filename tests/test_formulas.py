@@ -23,8 +23,9 @@ from luenberger.numeric.covariance_maps import Sums, spread, stack
 from luenberger.numeric.linalg import lyapunov
 from luenberger.papers.haddad_bernstein.derivation import equivalent_noise, moment_ahead
 from luenberger.papers.leondes_novak.derivation import any_observer as joint
-from luenberger.papers.leondes_novak.derivation import huddle, letters
-from matrixproof import Unproved, prove
+from luenberger.papers.leondes_novak.derivation import huddle
+from luenberger.papers.leondes_novak.derivation.letters import observer, plant
+from matrixproof import Identity, Unproved, prove
 
 ROOM = Path(lb.__file__).parent
 TESTS = Path(__file__).parent
@@ -35,10 +36,11 @@ TESTS = Path(__file__).parent
 
 def test_residuals_are_what_the_conditions_leave():
     """Those of Leondes and Novak (9), (10), (13), in the letters of their page."""
-    A, B, C, E, F, G, D, P, V, W, T, T_next = (
-        getattr(letters, name) for name in "A B C E F G D P V W T T_next".split()
+    A, B, C, E = (getattr(plant, name) for name in "ABCE")
+    F, G, D, P, V, W, T, T_next = (
+        getattr(observer, name) for name in "F G D P V W T T_next".split()
     )
-    found = residuals(A, B, C, E, letters.I, F, G, D, P, V, W, T, T_next)
+    found = residuals(A, B, C, E, Identity(C.cols), F, G, D, P, V, W, T, T_next)
     conditions = huddle.dynamics, huddle.driven, huddle.unbiased, huddle.is_W
     for residual, one in zip(found, conditions, strict=True):
         prove(residual, one.left - one.right)

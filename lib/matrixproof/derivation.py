@@ -26,7 +26,7 @@ from .lines import bare_number, numbered
 from .page_model import impossible
 from .proofs import Unproved
 from .prose import markdown, plain
-from .relations import Let, Relation, Result, named
+from .relations import Let, Moment, Relation, Result, Steady, named
 from .stages import Stage, faults
 from .typeset import latex, padded, text, width
 from .words import Formula, refuse_truth, same_shape
@@ -321,14 +321,14 @@ class Page(Derivation):
     >>> Omega = letters("Omega", n, n, "the covariance of x", symmetric=True)
     >>> N = letters("N", n, p, "the covariance of x and C x")
     >>> page = Page(letters=letters)
-    >>> is_N = page(letters.let(N, Omega * C.T, "33"))
+    >>> is_N = page.let(N, Omega * C.T, "33")
     >>> page.chain("33", "it turned", N.T, Line(C * Omega, by=[is_N]))
     (33) it turned
       N'
         = C Ω  (33) N = Ω C'  ✓
     >>> page.check()
     []
-    >>> page(letters.let(N, C.T))
+    >>> page.let(N, C.T)
     Traceback (most recent call last):
         ...
     ValueError: let N = C': (33) N = Ω C' says what N is; write suppose(...)
@@ -352,6 +352,22 @@ class Page(Derivation):
             items = (*items, item)
         self._write(items, self.steps)
         return statements[0] if len(statements) == 1 else statements
+
+    def let(self, *said: Any, **more: Any) -> Let:
+        """Write what a new letter stands for, as `Notation.let` makes it."""
+        return self(self.letters.let(*said, **more))
+
+    def suppose(self, *said: Any, **more: Any) -> Relation:
+        """Write a hypothesis, as `Notation.suppose` makes it."""
+        return self(self.letters.suppose(*said, **more))
+
+    def steady(self, *said: Any, **more: Any) -> Steady:
+        """Write a fixed point, as `Notation.steady` makes it."""
+        return self(self.letters.steady(*said, **more))
+
+    def moment(self, *said: Any, **more: Any) -> Moment:
+        """Write an expectation, as `Notation.moment` makes it."""
+        return self(self.letters.moment(*said, **more))
 
     def chain(self, *said: Any, **more: Any) -> Chain:
         """Write a chain in the letters of the page, as `Notation.chain` makes it."""
@@ -391,7 +407,7 @@ class Page(Derivation):
         >>> P = letters("P", n, n, "covariance of the state", symmetric=True)
         >>> P_next = letters("P_next", n, n, "the same one step on", symmetric=True)
         >>> page = Page(letters=letters)
-        >>> moves = page(letters.let(P_next, A * P * A.T))
+        >>> moves = page.let(P_next, A * P * A.T)
         >>> step = page.program("a step", (A, P), (moves, "(4)"))
         >>> print(step)
         a step

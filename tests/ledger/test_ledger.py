@@ -31,7 +31,7 @@ from luenberger.ledger.statements import (
     numbers,
 )
 from luenberger.papers.hsia.derivation import laws, loop
-from luenberger.papers.hsia.derivation.letters import y_star
+from luenberger.papers.hsia.derivation.loop import y_star
 from matrixproof import (
     AtLeast,
     Chain,

@@ -13,6 +13,7 @@ from luenberger.papers.haddad_bernstein.derivation import (
     gradients,
     stationarity,
 )
+from luenberger.papers.haddad_bernstein.derivation.letters import both, plant
 from luenberger.papers.hsia.derivation import laws
 from luenberger.papers.kawazoe.derivation import form
 from luenberger.papers.leondes_novak.derivation import (
@@ -756,7 +757,7 @@ def test_luenbergers_conditions_and_huddles_solution_are_found():
     assert [(r.name, *r) for r in found] == [(r.name, *r) for r in (h.is_F, h.is_D)]
     seen = begin("11, 14, 15", "as the prediction does", h.eps_next)
     seen = seen.put(h.error_equation).put(*found).fold(h.error).factor()
-    assert seen.right == h.T_next * (h.A * h.e - h.w)
+    assert seen.right == h.T_next * (h.A * h.e - s.w)
     assert [x.check() for x in (error, estimate, between, seen)] == [[]] * 4
 
 
@@ -784,20 +785,20 @@ def test_the_optimal_projection_is_found():
     assert [r.invertible for r in (is_Ae, is_Be, is_Ce, is_De)] == [
         (s.P2, s.Q2),
         (s.P2,),
-        (s.R, s.Q2),
-        (s.R,),
+        (plant.R, s.Q2),
+        (plant.R,),
     ]
 
 
 def test_the_blocks_of_the_lagrangian_are_multiplied():
     """Haddad and Bernstein (4.6): the gradient in A_e without a letter for a block."""
-    a, k = augmented, cost
-    line = a.letters.derive("4.6", "", Trace(a.Pt * (a.At * a.Qt * a.At.T + a.Vt)))
+    a, k, b = augmented, cost, both
+    line = a.letters.derive("4.6", "", Trace(b.Pt * (a.At * a.Qt * a.At.T + a.Vt)))
     slope = line.multiply(k.is_Pt, a.is_At, a.is_Qt, a.is_Vt).gradient(a.Ae)
     assert all(
         "wide" in fault for fault in slope.check()
     )  # two lines that need letters
-    wanted = a.P12.T * a.A * a.Q12 + a.P2 * (a.Be * a.C * a.Q12 + a.Ae * a.Q2)
+    wanted = b.P12.T * a.A * a.Q12 + b.P2 * (a.Be * a.C * a.Q12 + a.Ae * a.Q2)
     rest = derive(slope.right - 2 * wanted, symmetric=a.letters.symmetric).expand()
     assert rest.right == ZeroMatrix(*a.Ae.shape)
 

@@ -11,15 +11,15 @@ from luenberger.papers.leondes_novak.derivation import (
     root_update,
     square_root,
 )
-from luenberger.papers.leondes_novak.derivation.letters import (
-    C,
+from luenberger.papers.leondes_novak.derivation.letters import letters
+from luenberger.papers.leondes_novak.derivation.letters.plant import C
+from luenberger.papers.leondes_novak.derivation.letters.step import (
     K,
     Kmv,
     M,
     N,
     Omega,
     Sigma_next,
-    letters,
 )
 from luenberger.papers.leondes_novak.derivation.quadratic import is_Kmv, is_Y, square
 from matrixproof import Chain, Derivation, Relation, Stage, Unproved, equivalent

@@ -9,7 +9,6 @@ from matrixproof import Notation, Page
 
 n, p, m, r, q = symbols("n p m r q", integer=True, nonnegative=True)
 letters = Notation()
-let, suppose = letters.let, letters.suppose
 
 A = letters("A", n, n, "moves the state")
 B = letters("B", n, m, "what the input does to the state")
@@ -41,11 +40,11 @@ page = Page(letters=letters, source="common to all papers")
 
 
 page("An observer is a linear system that is driven by input and measurement.")
-plant = page(let(x_next, A * x + B * u + w))
-measured = page(let(y, C * x + E * u + v))
-moves = page(let(z_next, F * z + G * u + D * y))
-follows = page(let(z, T * x + eps))
-follows_next = page(let(eps_next, z_next - T_next * x_next))
+plant = page.let(x_next, A * x + B * u + w)
+measured = page.let(y, C * x + E * u + v)
+moves = page.let(z_next, F * z + G * u + D * y)
+follows = page.let(z, T * x + eps)
+follows_next = page.let(eps_next, z_next - T_next * x_next)
 collected = page(
     letters.derive("", "what drives the error", eps_next)
     .put(follows_next)
@@ -55,8 +54,8 @@ collected = page(
 )
 
 page("State and input can be anything, so both brackets must vanish.")
-dynamics = page(suppose(T_next * A, F * T + D * C))
-driven = page(suppose(T_next * B, G + D * E))
+dynamics = page.suppose(T_next * A, F * T + D * C)
+driven = page.suppose(T_next * B, G + D * E)
 free = page(
     letters.derive("", "the error is driven by the noises alone", eps_next)
     .put(collected)
@@ -64,8 +63,8 @@ free = page(
 )
 
 page("So it is with the estimate, if two more residuals vanish.")
-estimate = page(let(w_hat, P * z + V * y + W * u))
-is_e = page(let(e, w_hat - L * x))
+estimate = page.let(w_hat, P * z + V * y + W * u)
+is_e = page.let(e, w_hat - L * x)
 biased = page(
     letters.derive("", "the error of an estimate", e)
     .put(is_e)
@@ -73,8 +72,8 @@ biased = page(
     .put(follows, measured)
     .collect(x, u)
 )
-unbiased = page(suppose(P * T + V * C, L))
-is_W = page(suppose(W, -V * E))
+unbiased = page.suppose(P * T + V * C, L)
+is_W = page.suppose(W, -V * E)
 error = page(
     letters.derive("", "the error of an unbiased estimate", e)
     .put(biased)

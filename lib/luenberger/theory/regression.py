@@ -10,7 +10,6 @@ from matrixproof import Notation, Page
 
 n, p = symbols("n p", integer=True, nonnegative=True)
 letters = Notation()
-let, moment, suppose = letters.let, letters.moment, letters.suppose
 
 e = letters("e", n, 1, "what is to be estimated")
 y = letters("y", p, 1, "what is measured")
@@ -28,9 +27,9 @@ page = Page(letters=letters, source="common to all papers")
 
 
 page("The covariance of what any gain leaves is a quadratic in the gain.")
-is_Omega = page(moment(e * e.T, Omega))
-is_M = page(moment(y * y.T, M))
-is_N = page(moment(e * y.T, N))
+is_Omega = page.moment(e * e.T, Omega)
+is_M = page.moment(y * y.T, M)
+is_N = page.moment(e * y.T, N)
 any_gain = page(
     letters.derive("", "what any gain leaves", (e - K * y) * (e - K * y).T).expect(
         is_Omega, is_M, is_N
@@ -44,7 +43,7 @@ slope = page(
 
 page("The slope vanishes for one gain, and no other leaves less.")
 is_G = page(slope.solve(K, name=G))
-root = page(suppose(M, L_M * L_M.T))
+root = page.suppose(M, L_M * L_M.T)
 least = page(
     letters.derive("", "no gain leaves less", any_gain.left)
     .expect(is_Omega, is_M, is_N)
@@ -53,14 +52,14 @@ least = page(
 )
 
 page("What it leaves is uncorrelated with what is measured.")
-is_d = page(let(d, e - G * y))
+is_d = page.let(d, e - G * y)
 apart = page(
     letters.derive("", "what is left is told by nothing", d * y.T)
     .put(is_d)
     .expect(is_M, is_N)
     .use(is_G)
 )
-is_D = page(let(D, Omega - G * N.T))
+is_D = page.let(D, Omega - G * N.T)
 left = page(
     letters.derive("", "the covariance of what is left", d * d.T)
     .put(is_d)

@@ -13,7 +13,8 @@ from worlds import Numbers
 from luenberger import kernels
 from luenberger.kernels import run
 from luenberger.papers.haddad_bernstein import derivation as lists
-from luenberger.papers.haddad_bernstein.derivation import augmented, counterexamples
+from luenberger.papers.haddad_bernstein.derivation import counterexamples
+from luenberger.papers.haddad_bernstein.derivation.letters import estimator as letters
 from luenberger.stage_list import stage_lists
 from matrixproof import Solve
 
@@ -363,7 +364,7 @@ def test_counterexamples_by_other_code(name):
         assert np.abs(residuals[key]).max() < 1e-14
     assert (np.abs(residuals["aligned_Q"]).max() < 1e-14) == (name == "Qh alone")
     assert (np.abs(residuals["aligned_P"]).max() < 1e-14) == (name == "Ph alone")
-    better = [np.array(improved[X].tolist(), dtype=float) for X in augmented.GAINS]
+    better = [np.array(improved[X].tolist(), dtype=float) for X in letters.GAINS]
     J, less = model.moments(gains)[2], model.moments(better)[2]
     assert J == pytest.approx(float(counterexamples.price(exact)), rel=1e-12)
     assert less == pytest.approx(float(counterexamples.price(improved)), rel=1e-12)

@@ -13,7 +13,7 @@ from worlds import Numbers
 from luenberger import sampling
 from luenberger.kernels.scalar import function
 from luenberger.papers.hsia.derivation import laws, noise
-from luenberger.papers.hsia.derivation.letters import J, T, T_max, T_s, a, b, rho, s
+from luenberger.papers.hsia.derivation.laws import J, T, T_max, T_s, a, b, rho, s
 from luenberger.papers.hsia.laws import formula_of
 from matrixproof import Chain
 

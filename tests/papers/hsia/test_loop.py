@@ -16,7 +16,7 @@ import luenberger as lb
 from luenberger import sampling
 from luenberger.papers.hsia import system
 from luenberger.papers.hsia.derivation import laws as derivation
-from luenberger.papers.hsia.derivation import letters, loop
+from luenberger.papers.hsia.derivation import loop
 from luenberger.papers.hsia.system import absolute_integral
 from luenberger.period import hold
 
@@ -89,9 +89,9 @@ def test_an_integrator_by_hand():
 
 
 def test_the_continuous_response_of_the_paper_in_closed_form():
-    derived = loop.VALUES[letters.y_star][0]
+    derived = loop.VALUES[loop.y_star][0]
     times = np.linspace(0, 1.2, 50)
-    expected = sp.lambdify(letters.t, derived, "numpy")(times)
+    expected = sp.lambdify(loop.t, derived, "numpy")(times)
     _, _, found = run_of("root", 0.08).at(times)
     np.testing.assert_allclose(found, expected, atol=1e-13)
 

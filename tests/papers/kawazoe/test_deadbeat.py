@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import luenberger as lb
 from luenberger.papers.kawazoe.derivation import deadbeat
 from luenberger.papers.kawazoe.derivation import form as canonical
-from luenberger.papers.kawazoe.derivation.letters import Pi
+from luenberger.papers.kawazoe.derivation.deadbeat import Pi
 
 PATTERNS = [*canonical.PATTERNS, (1,), (3,), (1, 2), (4, 1), (1, 3, 2)]
 METHODS = ("staircase", "canonical")

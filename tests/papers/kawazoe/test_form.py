@@ -13,8 +13,8 @@ from pairs import AB01OD
 import luenberger as lb
 from luenberger.papers.kawazoe.derivation import errata
 from luenberger.papers.kawazoe.derivation import form as canonical
-from luenberger.papers.kawazoe.derivation.letters import C_1, C_2
-from luenberger.papers.kawazoe.derivation.letters import A as A_
+from luenberger.papers.kawazoe.derivation.form import C_1, C_2
+from luenberger.papers.kawazoe.derivation.form import A as A_
 
 PATTERNS = [*canonical.PATTERNS, (1,), (3,), (1, 2), (4, 1), (1, 3, 2)]
 EPS = np.finfo(float).eps

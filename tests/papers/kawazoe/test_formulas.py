@@ -9,7 +9,6 @@ import luenberger as lb
 from luenberger.papers.kawazoe import deadbeat as design
 from luenberger.papers.kawazoe import form as running
 from luenberger.papers.kawazoe.derivation import deadbeat, form, reconstruction
-from luenberger.papers.kawazoe.derivation import letters as page
 from luenberger.papers.kawazoe.reconstruction import known_part
 
 PATTERNS = [*form.PATTERNS, (1, 2), (4, 1), (1, 3, 2)]
@@ -63,13 +62,13 @@ def test_the_known_part_is_that_of_the_page(indices):
     values = reconstruction.window(of)
     G = objects(form.named("g", of.n, reconstruction.INPUTS))
     y = np.full((of.samples, of.m), UNUSED)
-    read = iter(values[page.y_s])
+    read = iter(values[reconstruction.y_s])
     for i, size in enumerate(indices):
         y[:size, i] = [next(read) for _ in range(size)]
-    u = objects(values[page.u_p]).reshape(of.samples - 1, -1)
+    u = objects(values[reconstruction.u_p]).reshape(of.samples - 1, -1)
     u = np.vstack([u, np.full((1, reconstruction.INPUTS), UNUSED)])
     w = known_part(form_of(of, G), y, u, 1)
-    assert same(w.T, values[page.w])
+    assert same(w.T, values[reconstruction.w])
 
 
 @pytest.mark.parametrize("indices", PATTERNS, ids=str)
@@ -80,9 +79,9 @@ def test_the_recursion_is_that_of_the_page(indices):
     sizes = [len(own) for own in deadbeat.levels(indices)]
     inverses = [objects(X) for X in deadbeat.units(of)]
     found = design.rows_of_T(
-        objects(wanted[page.A_U]), sizes, inverses, lambda k: objects(sp.eye(k))
+        objects(wanted[deadbeat.A_U]), sizes, inverses, lambda k: objects(sp.eye(k))
     )
-    for X, letter in zip(found, (page.T_U, page.F, page.D)):
+    for X, letter in zip(found, (deadbeat.T_U, deadbeat.F, deadbeat.D)):
         assert same(X, wanted[letter])
 
 
@@ -120,25 +119,25 @@ def test_a_form_is_what_the_page_says(seed):
     for now in u:
         states.append(plant.A @ states[-1] + plant.B @ now[:, None])
     values = {
-        page.A: plant.A,
-        page.B: plant.B,
-        page.C: plant.C,
-        page.P: found.P,
-        page.Phi: found.Phi,
-        page.G: found.G,
-        page.H: found.H,
-        page.x: x,
-        page.x_next: states[1],
-        page.u: u[:1].T,
-        page.w: found.P @ x,
-        page.w_next: found.P @ states[1],
-        page.y: plant.C @ x,
+        form.A: plant.A,
+        form.B: plant.B,
+        form.C: plant.C,
+        form.P: found.P,
+        form.Phi: found.Phi,
+        form.G: found.G,
+        form.H: found.H,
+        form.x: x,
+        form.x_next: states[1],
+        form.u: u[:1].T,
+        form.w: found.P @ x,
+        form.w_next: found.P @ states[1],
+        form.y: plant.C @ x,
     }
     last = [end - 1 for end in form.Pattern(found.indices).ends]
     within, every = [k for k in range(5) if k not in last], np.eye(5)
-    values |= {page.E_0: every[within], page.E_n: every[[k + 1 for k in within]]}
-    values |= {page.Z: values[page.E_0].T @ values[page.E_n], page.E_p: every[last]}
-    values[page.phi] = found.Phi[last]
+    values |= {form.E_0: every[within], form.E_n: every[[k + 1 for k in within]]}
+    values |= {form.Z: values[form.E_0].T @ values[form.E_n], form.E_p: every[last]}
+    values[form.phi] = found.Phi[last]
     tried, failed = broken_relations(form.page.page, values)
     assert failed == [] and tried == 13
     y = np.hstack(states[:4]).T @ plant.C.T + u @ plant.E.T

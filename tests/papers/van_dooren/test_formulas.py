@@ -10,7 +10,6 @@ import luenberger as lb
 from luenberger.numeric.staircase_form import Staircase
 from luenberger.papers.van_dooren import design, rows_of_T
 from luenberger.papers.van_dooren.derivation import counts, pairs, theorem
-from luenberger.papers.van_dooren.derivation import letters as page
 from luenberger.papers.van_dooren.derivation.rows import Pattern
 
 METHODS = ("minimum-norm", "back-substitution")
@@ -42,25 +41,30 @@ def test_a_design_is_what_the_theorem_says(redundant, complex_, units):
     stacked = np.vstack([rows.T, form.C[:2]])
     X = np.linalg.inv(stacked)
     values = {
-        page.A: plant.A,
-        page.U: pair.states[:, None] * form.U,
-        page.Us: form.U.conj().T / pair.states,
-        page.A_U: form.A * pair.rate,
-        page.C_U: form.C[:2],
-        page.T_U: rows.T,
-        page.T: o.T,
-        page.F: o.F,
-        page.G: o.G,
-        page.B: plant.B,
-        page.X_1: X[:, :3],
-        page.X_2: X[:, 3:],
-        page.D: rows.D * pair.rate,
-        page.D_all: o.D,
-        page.C_all: plant.C,
-        page.P: o.P,
+        theorem.A: plant.A,
+        theorem.U: pair.states[:, None] * form.U,
+        theorem.Us: form.U.conj().T / pair.states,
+        theorem.A_U: form.A * pair.rate,
+        theorem.C_U: form.C[:2],
+        theorem.T_U: rows.T,
+        theorem.T: o.T,
+        theorem.F: o.F,
+        theorem.G: o.G,
+        theorem.B: plant.B,
+        theorem.X_1: X[:, :3],
+        theorem.X_2: X[:, 3:],
+        theorem.D: rows.D * pair.rate,
+        theorem.D_all: o.D,
+        theorem.C_all: plant.C,
+        theorem.P: o.P,
     }
     Y, Ys = form.Y[:, :2] * pair.outputs[:, None], form.Y[:, :2].conj().T / pair.outputs
-    values |= {page.C: Ys @ plant.C, page.V: o.V @ Y, page.Y_1: Y, page.Y_1s: Ys}
+    values |= {
+        theorem.C: Ys @ plant.C,
+        theorem.V: o.V @ Y,
+        theorem.Y_1: Y,
+        theorem.Y_1s: Ys,
+    }
     tried, failed = broken_relations(theorem.page.page, values)
     assert failed == [] and tried == 13
 
@@ -141,18 +145,19 @@ def test_a_pair_solves_the_system_of_the_page(stairs, method):
         rows.add_pair(i, -0.7 + 1.3j)
         system = pairs.system_of_a_pair(p, i)
         f, t, d = rows.F[i : i + 2, :i], rows.T[i : i + 2, i + 1 :], rows.D[i : i + 2]
-        values = found | with_T(system[page.M_b], rows)
+        values = found | with_T(system[pairs.M_b], rows)
         for k, c in np.ndindex(2, p.n):
             for letter, X in (("f", f), ("tau", t), ("d", d)):
                 if c < X.shape[1]:
                     values[sp.Symbol(f"{letter}_{k}_{c}")] = X[k, c]
-        x, M, known = (array(system[s], values) for s in (page.x_b, page.M_b, page.a_b))
+        asked = pairs.x_b, pairs.M_b, pairs.a_b
+        x, M, known = (array(system[s], values) for s in asked)
         np.testing.assert_allclose(x @ M, -known, rtol=0, atol=1e-9)
-        block = array(pairs.block()[page.Lam], found)
+        block = array(pairs.block()[pairs.Lam], found)
         np.testing.assert_array_equal(rows.F[i : i + 2, i : i + 2], block)
         tau = 1.0
         if p.one_wide(i):
-            tau = array(pairs.forced(p, i)[page.tau], found)[0, 0]
+            tau = array(pairs.forced(p, i)[pairs.tau], found)[0, 0]
         assert rows.T[i + 1, i + 1] == pytest.approx(tau, rel=1e-9)
 
 

@@ -2,14 +2,10 @@
 
 `likelihood`
     The likelihood of a record, from the innovations of its filter.
-`letters`
-    The letters of a predictor, of its likelihood and of how that changes.
 `score`
     The score: how the likelihood changes with the covariances of the noises.
 `unknown_start`
     A start of which nothing is known: the limit of wide ones.
-`any_gain_letters`
-    The letters of a predictor with any stable gain, and of its innovations.
 `autocovariances`
     Autocovariances of the innovations of any stable gain.
 `identifiability`

@@ -10,16 +10,16 @@ likelihood functions for Gaussian signals".
 
 from sympy import Symbol
 
-from matrixproof import Page, Solve, Stage
+from matrixproof import Identity, Page, Solve, Stage
 
 from ...papers.leondes_novak.derivation.estimate import innovation, running
-from ...papers.leondes_novak.derivation.letters import *
+from ...papers.leondes_novak.derivation.letters import p
+from ...papers.leondes_novak.derivation.letters.step import M
 
 SOURCE = "our own; Schweppe (1965)"
 N_all = Symbol("N", integer=True, positive=True)
 
 letters = running.here()
-let, suppose = letters.let, letters.suppose
 W = letters("W", p, p, "inverse of `M`", symmetric=True)
 e = letters("e", p, 1, "innovation, weighed by its covariance")
 y_all = letters("y_all", N_all, 1, "the whole record, less its mean")
@@ -35,10 +35,10 @@ page("""A measurement is what the filter predicts from those before it, and the
     innovation. So the record is a lower triangle times its innovations, with ones on
     the diagonal. The innovations are independent: `M_all` has their covariances `M` on
     its diagonal, and zeros elsewhere.""")
-triangle = page(let(y_all, T_all * nu_all))
-is_V = page(suppose(T_all * M_all, V_all * T_all.T.I))
+triangle = page.let(y_all, T_all * nu_all)
+is_V = page.suppose(T_all * M_all, V_all * T_all.T.I)
 page(
-    derive(
+    letters.derive(
         "",
         "the exponent of the density, from the innovations",
         y_all.T * V_all.I * y_all,
@@ -51,8 +51,8 @@ page("""The determinant of such a triangle is one, so that of `V_all` is the pro
     the determinants of all `M`. Of a record with `p` outputs at each instant the
     logarithm of the likelihood is therefore the sum over instants of `-1/2 (p log(2 pi)
     + log det(M) + innovation' W innovation)`, with `W` the inverse of `M`.""")
-is_W = page(suppose(W * M, Identity(p)))
-is_e = page(let(e, W * innovation))
+is_W = page.suppose(W * M, Identity(p))
+is_e = page.let(e, W * innovation)
 
 weighed = page.program(
     "an innovation, weighed",

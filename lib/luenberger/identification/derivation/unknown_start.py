@@ -6,16 +6,14 @@ beyond all numbers.  What a filter finds from leading terms alone is the limit.
 Source: our own; the limit is that of de Jong (1991), "The diffuse Kalman filter".
 """
 
-from sympy import Symbol
+from sympy import Symbol, symbols
 
-from matrixproof import Page
-
-from .letters import *
+from matrixproof import Identity, Notation, Page
 
 SOURCE = "our own; de Jong (1991)"
 
-letters = letters.here()
-derive, let, suppose = letters.derive, letters.let, letters.suppose
+n = symbols("n", integer=True, nonnegative=True)
+letters = Notation()
 kappa = Symbol("kappa", positive=True)
 v = letters("v", n, 1, "a direction of which nothing is known")
 a = letters("a", n, 1, "any column")
@@ -35,27 +33,27 @@ page = Page(letters=letters, source=SOURCE)
 page("""Let a state have the covariance `kappa v v' + P_f`, and read one output. If it
     has something of the direction, `s_j` is not zero, the variance of the innovation
     grows with `kappa`, and so does what state and innovation have in common.""")
-is_s = page(let(s_j, C_j * v))
-is_M = page(let(M_j, C_j * (kappa * v * v.T + P_f) * C_j.T + r_j))
-is_N = page(let(N_j, (kappa * v * v.T + P_f) * C_j.T))
-is_m = page(let(m_j, C_j * P_f * C_j.T + r_j))
+is_s = page.let(s_j, C_j * v)
+is_M = page.let(M_j, C_j * (kappa * v * v.T + P_f) * C_j.T + r_j)
+is_N = page.let(N_j, (kappa * v * v.T + P_f) * C_j.T)
+is_m = page.let(m_j, C_j * P_f * C_j.T + r_j)
 page(
-    derive("", "the variance of the innovation has a leading term", M_j)
+    letters.derive("", "the variance of the innovation has a leading term", M_j)
     .put(is_M)
     .fold(is_s, is_m)
 )
 page(
-    derive("", "so has what the state and the innovation have in common", N_j)
+    letters.derive("", "so has what the state and the innovation have in common", N_j)
     .put(is_N)
     .fold(is_s)
 )
 
 page("""The gain, the quotient of both, has that of the leading terms as its limit, and
     the gain meets the direction.""")
-is_g = page(suppose(g * s_j, v))
-is_Y = page(let(Y_g, Identity(n) - g * C_j))
+is_g = page.suppose(g * s_j, v)
+is_Y = page.let(Y_g, Identity(n) - g * C_j)
 none_left = page(
-    derive("", "nothing of the direction is left", Y_g * v)
+    letters.derive("", "nothing of the direction is left", Y_g * v)
     .use(is_Y)
     .fold(is_s)
     .use(is_g)
@@ -65,7 +63,7 @@ page("""So what is finite of the covariance matters only up to parts along the
     direction: another mean and another finite part along it lead to the same. That is
     why terms that do not lead may be dropped.""")
 page(
-    derive(
+    letters.derive(
         "",
         "parts along the direction are forgotten",
         Y_g * (P_f + v * a.T + a * v.T) * Y_g.T,

@@ -10,16 +10,11 @@ from sympy import Trace, symbols
 
 from matrixproof import Identity, Page, ZeroMatrix
 
-from .letters import *
+from .letters import C, R, Sigma_s, U_next, e_s_next, letters, n, p, x_s
 
 m1, r = symbols("m_1 r", integer=True, nonnegative=True)
 letters = letters.here()
-derive, let, moment, suppose = (
-    letters.derive,
-    letters.let,
-    letters.moment,
-    letters.suppose,
-)
+e_s = letters("e_s", n, 1, "its error")
 S_1 = letters("S_1", m1, p, "rows of the identity that pick the accurate outputs")
 Gamma_1 = letters("Gamma_1", n, m1, "the direction in which accurate outputs push")
 Gamma = letters("Gamma", n, p, "the same beside zeros for the other outputs")
@@ -48,19 +43,21 @@ page = Page(letters=letters, source="our own", witness=WITNESS)
 
 page("""The residual of the smoothed estimate is the estimate of the measurement noise.
     It is made of the record, so it is uncorrelated with the smoothed error.""")
-is_v = page(let(v, rho_s + C * e_s))
-is_R = page(moment(v * v.T, R))
-is_Sigma_s = page(moment(e_s * e_s.T, Sigma_s))
-is_R_s = page(moment(rho_s * rho_s.T, R_s))
-made = page(moment(rho_s * e_s.T, ZeroMatrix(p, n)))
-halves = page(suppose(R, R_s + C * Sigma_s * C.T))
+is_v = page.let(v, rho_s + C * e_s)
+is_R = page.moment(v * v.T, R)
+is_Sigma_s = page.moment(e_s * e_s.T, Sigma_s)
+is_R_s = page.moment(rho_s * rho_s.T, R_s)
+made = page.moment(rho_s * e_s.T, ZeroMatrix(p, n))
+halves = page.suppose(R, R_s + C * Sigma_s * C.T)
 page(
-    derive("", "the covariance of the noise", (rho_s + C * e_s) * (rho_s + C * e_s).T)
+    letters.derive(
+        "", "the covariance of the noise", (rho_s + C * e_s) * (rho_s + C * e_s).T
+    )
     .fold(is_v)
     .expect(is_R)
 )
 page(
-    derive(
+    letters.derive(
         "",
         "is that of what was found of it, and of the rest",
         (rho_s + C * e_s) * (rho_s + C * e_s).T,
@@ -72,40 +69,44 @@ page(
 page("""An estimate from the record that meets the accurate outputs differs from the
     smoothed one by the push, and by a part that they do not show. If the push is
     orthogonal to that part in the weight, nothing is gained by it.""")
-is_Gamma = page(let(Gamma, Gamma_1 * S_1))
-push = page(suppose(S_1 * C * Gamma_1, Identity(m1)))
-unseen = page(suppose(S_1 * C * Phat, ZeroMatrix(m1, r)))
-shortest = page(suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)))
-root_W = page(suppose(W_e, L_W * L_W.T))
-is_Z = page(moment(rho_s * z.T, Z_z))
-is_z = page(moment(z * z.T, L_z * L_z.T))
+is_Gamma = page.let(Gamma, Gamma_1 * S_1)
+push = page.suppose(S_1 * C * Gamma_1, Identity(m1))
+unseen = page.suppose(S_1 * C * Phat, ZeroMatrix(m1, r))
+shortest = page.suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r))
+root_W = page.suppose(W_e, L_W * L_W.T)
+is_Z = page.moment(rho_s * z.T, Z_z)
+is_z = page.moment(z * z.T, L_z * L_z.T)
 page(
-    derive(
+    letters.derive(
         "",
         "such an estimate shows what the accurate outputs show",
         S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
     ).use(push, unseen)
 )
 spread = page(
-    derive(
+    letters.derive(
         "",
         "what it differs by has a covariance",
         (Gamma_1 * S_1 * rho_s + Phat * z) * (Gamma_1 * S_1 * rho_s + Phat * z).T,
     ).expect(is_R_s, is_Z, is_z)
 )
 says = "and costs least without the free part"
-page(derive("", says, Trace(W_e * spread.right)).use(shortest).drop(root_W, of=L_z))
+page(
+    letters.derive("", says, Trace(W_e * spread.right))
+    .use(shortest)
+    .drop(root_W, of=L_z)
+)
 
 page("So the estimate is pushed, and its covariance grows by what the push lets in.")
-pushed = page(let(x_c, x_s + Gamma_1 * S_1 * rho_s))
-is_Sigma_c = page(let(Sigma_c, Sigma_s + Gamma * R_s * Gamma.T))
+pushed = page.let(x_c, x_s + Gamma_1 * S_1 * rho_s)
+is_Sigma_c = page.let(Sigma_c, Sigma_s + Gamma * R_s * Gamma.T)
 estimate = page(
-    derive("", "the estimate that meets the accurate outputs", x_c)
+    letters.derive("", "the estimate that meets the accurate outputs", x_c)
     .put(pushed)
     .fold(is_Gamma)
 )
 page(
-    derive(
+    letters.derive(
         "",
         "the covariance of the pushed error",
         (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T,
@@ -114,21 +115,21 @@ page(
     .fold(is_Sigma_c)
 )
 covariance = page(
-    derive("", "the same by the covariances that are there", Sigma_c)
+    letters.derive("", "the same by the covariances that are there", Sigma_c)
     .put(is_Sigma_c)
     .by(Sigma_s + Gamma * (R - C * Sigma_s * C.T) * Gamma.T, halves)
 )
 
 page("""Neighbours are pushed by residuals that have something in common: the noises are
     white, so it is what the errors have in common, with the other sign.""")
-is_v_next = page(let(v_next, rho_s_next + C_next * e_s_next))
-white = page(moment(v_next * v.T, ZeroMatrix(p, p)))
-is_U = page(moment(e_s_next * e_s.T, U_next))
-is_R_u = page(moment(rho_s_next * rho_s.T, R_u))
-made_before = page(moment(e_s_next * rho_s.T, ZeroMatrix(n, p)))
-made_behind = page(moment(rho_s_next * e_s.T, ZeroMatrix(p, n)))
+is_v_next = page.let(v_next, rho_s_next + C_next * e_s_next)
+white = page.moment(v_next * v.T, ZeroMatrix(p, p))
+is_U = page.moment(e_s_next * e_s.T, U_next)
+is_R_u = page.moment(rho_s_next * rho_s.T, R_u)
+made_before = page.moment(e_s_next * rho_s.T, ZeroMatrix(n, p))
+made_behind = page.moment(rho_s_next * e_s.T, ZeroMatrix(p, n))
 page(
-    derive(
+    letters.derive(
         "",
         "the noises of neighbours have nothing in common",
         (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
@@ -136,9 +137,9 @@ page(
     .fold(is_v, is_v_next)
     .expect(white)
 )
-opposite = page(suppose(R_u, -C_next * U_next * C.T))
+opposite = page.suppose(R_u, -C_next * U_next * C.T)
 page(
-    derive(
+    letters.derive(
         "",
         "so the residuals have what the errors have, with the other sign",
         (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
@@ -146,9 +147,9 @@ page(
     .expect(is_R_u, is_U, made_before, made_behind)
     .use(opposite)
 )
-is_U_c = page(let(U_c, U_next + Gamma_next * R_u * Gamma.T))
+is_U_c = page.let(U_c, U_next + Gamma_next * R_u * Gamma.T)
 page(
-    derive(
+    letters.derive(
         "",
         "the covariance of pushed neighbours",
         (e_s_next + Gamma_next * rho_s_next) * (e_s + Gamma * rho_s).T,
@@ -156,4 +157,6 @@ page(
     .expect(is_U, is_R_u, made_before, made_behind)
     .fold(is_U_c)
 )
-neighbours = page(derive("", "the same by what is there", U_c).put(is_U_c, opposite))
+neighbours = page(
+    letters.derive("", "the same by what is there", U_c).put(is_U_c, opposite)
+)

@@ -13,17 +13,22 @@ from matrixproof import Page, ZeroMatrix
 
 from ...theory import regression
 from .adjoint import is_lamda_next
-from .letters import *
+from .letters import (
+    Omega_next,
+    Q,
+    e,
+    e_minus_next,
+    letters,
+    n,
+    p,
+    w,
+    x_minus_next,
+    x_s_next,
+)
 from .next_state import apart, is_Q, moves
 
 pa = symbols("p_a", integer=True, nonnegative=True)
 letters = letters.here()
-derive, let, moment, suppose = (
-    letters.derive,
-    letters.let,
-    letters.moment,
-    letters.suppose,
-)
 v_seen = letters("v_seen", pa, 1, "their noise")
 rho_s = letters("rho_s", pa, 1, "what the smoothed estimate leaves of them")
 v = letters("v", p, 1, "measurement noise, of all outputs")
@@ -46,14 +51,14 @@ page = Page(letters=letters, source="our own")
 page("""The next prediction errs by the process noise, among others. A gain takes out of
     the noise all that the next state would show of it.""")
 page(moves, is_Q, apart)
-is_G_w = page(suppose(G_w * Omega_next, Q))
-ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
+is_G_w = page.suppose(G_w * Omega_next, Q)
+ahead = page.moment(e_minus_next * e_minus_next.T, Omega_next)
 in_the_way = page(
-    derive("", "the process noise in the next prediction", w * e_minus_next.T)
+    letters.derive("", "the process noise in the next prediction", w * e_minus_next.T)
     .put(moves)
     .expect(is_Q, apart)
 )
-common = page(moment(w * e_minus_next.T, -Q))
+common = page.moment(w * e_minus_next.T, -Q)
 by_next = dict(e=w, y=e_minus_next, M=Omega_next, N=-Q, G=-G_w)
 says = "what is left of it is uncorrelated with the prediction's error"
 page.at("", says, regression.apart, d=w + G_w * e_minus_next, **by_next)
@@ -61,7 +66,7 @@ page.at("", says, regression.apart, d=w + G_w * e_minus_next, **by_next)
 page("The smoothed estimate takes the place of the next state, and no gain is found.")
 page(is_lamda_next)
 process = page(
-    derive(
+    letters.derive(
         "", "the process noise that is left, smoothed", G_w * (x_s_next - x_minus_next)
     ).use(is_lamda_next, is_G_w)
 )
@@ -70,18 +75,18 @@ process = page(
 page("""The measurement's equation holds for estimates as well, so the noise of what
     arrived is what the smoothed estimate leaves of it. Of the other noises it tells a
     part, through `J` and `J_v`.""")
-whole = page(let(w_all, J * v_seen + w))
-parts = page(let(v, J_v * v_seen + v_left))
-tells = page(suppose(J_v * R_seen, R_all))
-is_R_seen = page(moment(v_seen * v_seen.T, R_seen))
-is_R_all = page(moment(v * v_seen.T, R_all))
+whole = page.let(w_all, J * v_seen + w)
+parts = page.let(v, J_v * v_seen + v_left)
+tells = page.suppose(J_v * R_seen, R_all)
+is_R_seen = page.moment(v_seen * v_seen.T, R_seen)
+is_R_all = page.moment(v * v_seen.T, R_all)
 by_seen = dict(e=v, y=v_seen, M=R_seen, N=R_all, G=J_v, d=v_left)
 page.at("", "the rest is uncorrelated with what arrived", regression.apart, **by_seen)
-is_S = page(moment(w_all * v.T, S))
-is_S_left = page(let(S_left, S - J * R_all.T))
-independent = page(moment(w * v_seen.T, ZeroMatrix(n, pa)))
+is_S = page.moment(w_all * v.T, S)
+is_S_left = page.let(S_left, S - J * R_all.T)
+independent = page.moment(w * v_seen.T, ZeroMatrix(n, pa))
 page(
-    derive(
+    letters.derive(
         "",
         "what the process noise has in common with the rest",
         (w_all - J * v_seen) * (v - J_v * v_seen).T,
@@ -92,23 +97,23 @@ page(
 )
 
 page("So the rest is seen in the next prediction as the process noise is.")
-is_G_v = page(suppose(G_v * Omega_next, S_left.T))
-is_common = page(moment(w * v_left.T, S_left))
-not_yet = page(moment(e * v_left.T, ZeroMatrix(n, p)))
+is_G_v = page.suppose(G_v * Omega_next, S_left.T)
+is_common = page.moment(w * v_left.T, S_left)
+not_yet = page.moment(e * v_left.T, ZeroMatrix(n, p))
 page(
-    derive("", "the rest in the next prediction", v_left * e_minus_next.T)
+    letters.derive("", "the rest in the next prediction", v_left * e_minus_next.T)
     .put(moves)
     .expect(is_common, not_yet)
     .fold(is_G_v)
 )
 rest = page(
-    derive("", "the rest, smoothed", G_v * (x_s_next - x_minus_next)).use(
+    letters.derive("", "the rest, smoothed", G_v * (x_s_next - x_minus_next)).use(
         is_lamda_next, is_G_v
     )
 )
 
 page("Both noises are put together again.")
-is_w_s = page(let(w_s, J * rho_s + G_w * (x_s_next - x_minus_next)))
-is_v_s = page(let(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next)))
-page(derive("", "the process noise, smoothed", w_s).put(is_w_s).use(process))
-page(derive("", "the measurement noise, smoothed", v_s).put(is_v_s).use(rest))
+is_w_s = page.let(w_s, J * rho_s + G_w * (x_s_next - x_minus_next))
+is_v_s = page.let(v_s, J_v * rho_s + G_v * (x_s_next - x_minus_next))
+page(letters.derive("", "the process noise, smoothed", w_s).put(is_w_s).use(process))
+page(letters.derive("", "the measurement noise, smoothed", v_s).put(is_v_s).use(rest))

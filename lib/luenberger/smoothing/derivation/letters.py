@@ -14,14 +14,6 @@ SOURCE = "our own; Rauch, Tung and Striebel (1965)"
 
 n, p, m, k, q = symbols("n p m k q", integer=True, nonnegative=True)
 letters = Notation()
-chain, derive, let, moment, steady, suppose = (
-    letters.chain,
-    letters.derive,
-    letters.let,
-    letters.moment,
-    letters.steady,
-    letters.suppose,
-)
 I = Identity(n)
 
 # -- the plant, and the filter's pass over it ------------------------------------------
@@ -30,39 +22,22 @@ As = letters("As", n, n, "moves the error of an estimate to the next instant")
 C = letters("C", p, n, "what is measured")
 Q = letters("Q", n, n, "covariance of the process noise that is left", symmetric=True)
 R = letters("R", p, p, "covariance of the measurement noise", symmetric=True)
-xt = letters("xt", n, 1, "state")
-xt_next = letters("xt_next", n, 1, "state one step on")
 w = letters("w", n, 1, "process noise that is left")
 x = letters("x", n, 1, "the filter's estimate")
-x_minus = letters("x_minus", n, 1, "the filter's prediction")
 x_minus_next = letters("x_minus_next", n, 1, "its prediction one step on")
-innovation = letters(
-    "innovation", p, 1, "what the prediction leaves of the measurement"
-)
 e = letters("e", n, 1, "error of the filter's estimate")
 e_minus_next = letters("e_minus_next", n, 1, "error of its prediction one step on")
 Sigma = letters("Sigma", n, n, "covariance of the estimate's error", symmetric=True)
-Omega = letters("Omega", n, n, "covariance of the prediction's error", symmetric=True)
 Omega_next = letters("Omega_next", n, n, "the same one step on", symmetric=True)
-M = letters("M", p, p, "covariance of the innovation", symmetric=True)
-K = letters("K", n, p, "gain of minimum variance")
-Y = letters("Y", n, n, "what the gain leaves of a predicted error")
 
 # -- what the rest of the record adds --------------------------------------------------
 
 x_s = letters("x_s", n, 1, "smoothed estimate")
 x_s_next = letters("x_s_next", n, 1, "smoothed estimate one step on")
-e_s = letters("e_s", n, 1, "its error")
 e_s_next = letters("e_s_next", n, 1, "its error one step on")
 Sigma_s = letters("Sigma_s", n, n, "covariance of its error", symmetric=True)
 Sigma_s_next = letters("Sigma_s_next", n, n, "the same one step on", symmetric=True)
 U_next = letters("U_next", n, n, "covariance of both errors, `E[e_s_next e_s']`")
 G = letters("G", n, n, "gain of a smoother")
 T = letters("T", n, n, "covariance of the next prediction's error and the estimate's")
-lamda = letters("lamda", n, 1, "what this row and later ones say of the prediction")
 lamda_next = letters("lamda_next", n, 1, "the same one step on")
-Lambda = letters("Lambda", n, n, "how much they say of it", symmetric=True)
-Lambda_next = letters("Lambda_next", n, n, "the same one step on", symmetric=True)
-theta = letters("theta", n, 1, "what later rows say of the estimate")
-Theta = letters("Theta", n, n, "how much they say of it", symmetric=True)
-W = letters("W", p, p, "how much an innovation says", symmetric=True)

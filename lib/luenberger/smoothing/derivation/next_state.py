@@ -10,10 +10,35 @@ Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our 
 from matrixproof import Expect, Line, Page, ZeroMatrix
 
 from ...theory import regression
-from .letters import *
+from .letters import (
+    SOURCE,
+    As,
+    G,
+    I,
+    Omega_next,
+    Q,
+    Sigma,
+    Sigma_s,
+    Sigma_s_next,
+    T,
+    U_next,
+    e,
+    e_minus_next,
+    e_s_next,
+    k,
+    letters,
+    n,
+    q,
+    w,
+    x,
+    x_minus_next,
+    x_s,
+    x_s_next,
+)
 
 letters = letters.here()
-let, moment, suppose = letters.let, letters.moment, letters.suppose
+xt = letters("xt", n, 1, "state")
+xt_next = letters("xt_next", n, 1, "state one step on")
 X = letters("X", n, n, "any gain")
 d = letters("d", n, 1, "error left if the next state were known")
 D = letters("D", n, n, "covariance of that error", symmetric=True)
@@ -33,12 +58,12 @@ page = Page(letters=letters, source=SOURCE)
 
 page("""The filter's estimate errs by `e`. Its prediction of the next state errs by what
     the plant makes of `e`, less the process noise. Both errors are correlated.""")
-moves = page(let(e_minus_next, As * e - w))
-is_Sigma = page(moment(e * e.T, Sigma))
-is_Q = page(moment(w * w.T, Q))
-apart = page(moment(e * w.T, gone))
-is_Omega = page(let(Omega_next, As * Sigma * As.T + Q))
-is_T = page(let(T, As * Sigma))
+moves = page.let(e_minus_next, As * e - w)
+is_Sigma = page.moment(e * e.T, Sigma)
+is_Q = page.moment(w * w.T, Q)
+apart = page.moment(e * w.T, gone)
+is_Omega = page.let(Omega_next, As * Sigma * As.T + Q)
+is_T = page.let(T, As * Sigma)
 page(
     letters.derive(
         "", "the covariance of the next prediction", e_minus_next * e_minus_next.T
@@ -61,21 +86,21 @@ page(
 page("""Were the next state known, so would be `e_minus_next`, and any gain `X` could
     take its share out of `e`. The best one solves an equation that is solvable also
     where `Omega_next` is singular.""")
-both = page(moment(e_minus_next * e.T, T))
-ahead = page(moment(e_minus_next * e_minus_next.T, Omega_next))
+both = page.moment(e_minus_next * e.T, T)
+ahead = page.moment(e_minus_next * e_minus_next.T, Omega_next)
 by_next = dict(y=e_minus_next, Omega=Sigma, M=Omega_next, N=T.T, K=X, L_M=L_O)
 page.at("", "the covariance of what any gain leaves", regression.any_gain, **by_next)
-is_G = page(suppose(G * Omega_next, T.T))
-root = page(suppose(Omega_next, L_O * L_O.T))
+is_G = page.suppose(G * Omega_next, T.T)
+root = page.suppose(Omega_next, L_O * L_O.T)
 says = "no gain does better if the next state is known"
 page.at("", says, regression.least, **by_next)
 
 page("""What is left is uncorrelated with the predicted error, and so with all that
     later rows can show, because they speak of the next state and of noises to come.""")
-is_d = page(let(d, e - G * e_minus_next))
-seen_later = page(let(e_s_next, Psi * e_minus_next + r))
-new = page(moment(e * r.T, gone))
-new_ahead = page(moment(e_minus_next * r.T, gone))
+is_d = page.let(d, e - G * e_minus_next)
+seen_later = page.let(e_s_next, Psi * e_minus_next + r)
+new = page.moment(e * r.T, gone)
+new_ahead = page.moment(e_minus_next * r.T, gone)
 page(
     letters.derive(
         "",
@@ -90,10 +115,10 @@ page(
 
 page("""The next state is not known, but its smoothed estimate is. It takes the place of
     the state.""")
-corrects = page(let(x_s, x + G * (x_s_next - x_minus_next)))
-is_e = page(suppose(e, x - xt))
-is_e_minus = page(suppose(e_minus_next, x_minus_next - xt_next))
-is_e_s_next = page(suppose(e_s_next, x_s_next - xt_next))
+corrects = page.let(x_s, x + G * (x_s_next - x_minus_next))
+is_e = page.suppose(e, x - xt)
+is_e_minus = page.suppose(e_minus_next, x_minus_next - xt_next)
+is_e_s_next = page.suppose(e_s_next, x_s_next - xt_next)
 error = page.chain(
     "",
     "the error of the smoothed estimate",
@@ -106,10 +131,10 @@ error = page.chain(
     Line(e - G * e_minus_next + G * e_s_next, by=(is_e, is_e_minus, is_e_s_next)),
     Line(d + G * e_s_next, by=(is_d,)),
 )
-is_D = page(moment(d * d.T, D))
-is_Sigma_s_next = page(moment(e_s_next * e_s_next.T, Sigma_s_next))
-unrelated = page(moment(d * e_s_next.T, gone))
-is_Sigma_s = page(let(Sigma_s, D + G * Sigma_s_next * G.T))
+is_D = page.moment(d * d.T, D)
+is_Sigma_s_next = page.moment(e_s_next * e_s_next.T, Sigma_s_next)
+unrelated = page.moment(d * e_s_next.T, gone)
+is_Sigma_s = page.let(Sigma_s, D + G * Sigma_s_next * G.T)
 page(
     letters.derive(
         "", "the covariance of the smoothed estimate", (x_s - xt) * (x_s - xt).T
@@ -132,7 +157,7 @@ of_squares = page.chain(
         moments=(is_Sigma, is_Q, apart),
     ),
 )
-squares = page(suppose(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T))
+squares = page.suppose(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T)
 short = page(
     letters.derive("", "the same with the best gain", D)
     .put(squares)
@@ -149,7 +174,7 @@ recursion = page(
 )
 
 page("The errors of neighbours have in common what the gain passes on.")
-is_U = page(let(U_next, Sigma_s_next * G.T))
+is_U = page.let(U_next, Sigma_s_next * G.T)
 lag_one = page.chain(
     "",
     "the covariance of neighbours",
@@ -161,12 +186,12 @@ lag_one = page.chain(
 
 page("""A sum of squares has a factor. Where later rows leave a small part of a large
     variance, this form keeps the digits that the difference loses.""")
-is_H = page(suppose(Sigma, H * H.T))
-is_L_Q = page(suppose(Q, L_Q * L_Q.T))
-is_H_s_next = page(suppose(Sigma_s_next, H_s_next * H_s_next.T))
-is_kept = page(let(kept, (I - G * As) * H))
-is_drawn = page(let(drawn, G * L_Q))
-is_passed = page(let(passed, G * H_s_next))
+is_H = page.suppose(Sigma, H * H.T)
+is_L_Q = page.suppose(Q, L_Q * L_Q.T)
+is_H_s_next = page.suppose(Sigma_s_next, H_s_next * H_s_next.T)
+is_kept = page.let(kept, (I - G * As) * H)
+is_drawn = page.let(drawn, G * L_Q)
+is_passed = page.let(passed, G * H_s_next)
 page.chain(
     "",
     "a factor of the smoothed covariance",

@@ -1,7 +1,5 @@
 """The equations of Haddad and Bernstein (1987) in SymPy, in reading order.
 
-`letters`
-    The letters of Haddad and Bernstein (1987), each with its size and what it means.
 `augmented`
     Plant and estimator as one system, and its second moment.
 `cost`

@@ -14,43 +14,60 @@ from matrixproof import (
     ZeroMatrix,
 )
 
-from .letters import *
+from .letters import SOURCE, I, assign, l, letters, listed, n, nu, r
+from .letters.both import F1, Q1, Q2, Q12, At, At1, Bt, Qt, Qt_next, Vt, W, Wt, both, xt
+from .letters.estimator import Ae, Be, xe, xe_next
+from .letters.kernels import N2, N12, Qxy, Qxy_next, Qyy, X, u, v
+from .letters.plant import A1, C1, V1, V2, V12, W1, W2, W12, A, C, w2, x, x_nu, y
+
+letters = letters.here()
+x_next = letters("x_next", n, 1, "state one step on")
+w1 = letters("w_1", n, 1, "process noise")
+xe_nu = letters("x_e_nu", r, 1, "state of the estimator, times the parameter noise")
+xt_next = letters("x_tilde_next", both, 1, "the same one step on")
+xt_nu = letters("x_tilde_nu", both, 1, "the same, times the noise of the parameters")
+w = letters("w", n + l, 1, "`w_1` and `w_2`, one under the other")
+wt = letters("w_tilde", both, 1, "additive noise of both")
+Q1_next = letters(
+    "Q1_next", n, n, "second moment of the state one step on", symmetric=True
+)
+dV1 = letters("dV1", n, n, "what the pair adds to `V_1`", symmetric=True)
+dV12 = letters("dV12", n, l, "what the pair adds to `V_12`")
+dV2 = letters("dV2", l, l, "what the pair adds to `V_2`", symmetric=True)
 
 
 def average(number, says, left, moments, named):
     """The expectation of a product, and the letter that it has."""
-    return page(derive(number, says, left).expect(*moments).fold(named))
+    return page(letters.derive(number, says, left).expect(*moments).fold(named))
 
 
 page = Page(letters=letters, source=SOURCE)
 
 page("""The parameters of the plant are noisy: a white noise `nu_1` of unit variance
     multiplies `A_1` and `C_1`. The estimator sees the measurement alone.""")
-is_x_next = page(let(x_next, (A + nu * A1) * x + w1, "3.1"))
-is_y = page(let(y, (C + nu * C1) * x + w2, "3.2"))
-is_xe_next = page(let(xe_next, Ae * xe + Be * y, "3.3"))
+is_x_next = page.let(x_next, (A + nu * A1) * x + w1, "3.1")
+is_y = page.let(y, (C + nu * C1) * x + w2, "3.2")
+is_xe_next = page.let(xe_next, Ae * xe + Be * y, "3.3")
 
 page("""The noise of the parameters acts on the plant through its product with the
     state, which has a letter of its own.""")
-is_x_nu = page(let(x_nu, nu * x))
+is_x_nu = page.let(x_nu, nu * x)
 
 page("Plant and estimator together move as one system.")
-is_xt = page(let(xt, BlockMatrix([[x], [xe]]), "4.1"))
-is_xt_next = page(let(xt_next, BlockMatrix([[x_next], [xe_next]]), "4.1"))
-is_xt_nu = page(let(xt_nu, BlockMatrix([[x_nu], [xe_nu]])))
-is_w = page(let(w, BlockMatrix([[w1], [w2]])))
-is_Bt = page(let(Bt, BlockMatrix([[I, ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]])))
-is_wt = page(let(wt, Bt * w, "section 2"))
-is_At = page(let(At, BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), "section 2"))
-is_At1 = page(
-    let(
-        At1,
-        BlockMatrix([[A1, ZeroMatrix(n, r)], [Be * C1, ZeroMatrix(r, r)]]),
-        "section 2",
-    )
+is_xt = page.let(xt, BlockMatrix([[x], [xe]]), "4.1")
+is_xt_next = page.let(xt_next, BlockMatrix([[x_next], [xe_next]]), "4.1")
+is_xt_nu = page.let(xt_nu, BlockMatrix([[x_nu], [xe_nu]]))
+is_w = page.let(w, BlockMatrix([[w1], [w2]]))
+is_Bt = page.let(Bt, BlockMatrix([[I, ZeroMatrix(n, l)], [ZeroMatrix(r, n), Be]]))
+is_wt = page.let(wt, Bt * w, "section 2")
+is_At = page.let(At, BlockMatrix([[A, ZeroMatrix(n, r)], [Be * C, Ae]]), "section 2")
+is_At1 = page.let(
+    At1,
+    BlockMatrix([[A1, ZeroMatrix(n, r)], [Be * C1, ZeroMatrix(r, r)]]),
+    "section 2",
 )
 together = page(
-    derive("4.1", "plant and estimator as one system", is_xt_next)
+    letters.derive("4.1", "plant and estimator as one system", is_xt_next)
     .put(is_xe_next, is_y, is_x_next)
     .by(
         At * xt + At1 * xt_nu + wt,
@@ -61,48 +78,46 @@ together = page(
 page("""The noise of the parameters is independent of the state that it multiplies, and
     all noise is white. So the three terms are uncorrelated, and the second has the
     second moment of the state.""")
-is_Q = page(moment(xt * xt.T, Qt, "4.2"))
-is_Q_nu = page(moment(xt_nu * xt_nu.T, Qt))
-apart = page(moment(xt * xt_nu.T, ZeroMatrix(both, both)))
-white = page(moment(xt * wt.T, ZeroMatrix(both, both)))
-white_nu = page(moment(xt_nu * wt.T, ZeroMatrix(both, both)))
-is_wwt = page(moment(wt * wt.T, Wt, "section 2"))
+is_Q = page.moment(xt * xt.T, Qt, "4.2")
+is_Q_nu = page.moment(xt_nu * xt_nu.T, Qt)
+apart = page.moment(xt * xt_nu.T, ZeroMatrix(both, both))
+white = page.moment(xt * wt.T, ZeroMatrix(both, both))
+white_nu = page.moment(xt_nu * wt.T, ZeroMatrix(both, both))
+is_wwt = page.moment(wt * wt.T, Wt, "section 2")
 page(
-    derive("4.3", "the second moment one step on", xt_next * xt_next.T)
+    letters.derive("4.3", "the second moment one step on", xt_next * xt_next.T)
     .put(together)
     .expect(is_Q, is_Q_nu, apart, white, white_nu, is_wwt)
 )
 
 page("""In the steady state the moment is the same one step on. It exists if both
     systems are stable in mean square; lemma 4.1 says when they are.""")
-is_steady = page(steady(Qt, At * Qt * At.T + At1 * Qt * At1.T + Wt, "4.4"))
+is_steady = page.steady(Qt, At * Qt * At.T + At1 * Qt * At1.T + Wt, "4.4")
 
 page("""Block by block, the parameters' noise only adds to the covariances of the
     additive noise. What it adds depends on `Q_1`, which no estimator changes. From here
     on `V_1`, `V_12` and `V_2` are these sums.""")
-is_Qt = page(suppose(Qt, BlockMatrix([[Q1, Q12], [Q12.T, Q2]])))
-is_ww = page(moment(w * w.T, W))
-is_W = page(suppose(W, BlockMatrix([[W1, W12], [W12.T, W2]])))
-is_Wt = page(
-    suppose(
-        Wt,
-        BlockMatrix([[W1, W12 * Be.T], [Be * W12.T, Be * W2 * Be.T]]),
-        "section 2",
-    )
+is_Qt = page.suppose(Qt, BlockMatrix([[Q1, Q12], [Q12.T, Q2]]))
+is_ww = page.moment(w * w.T, W)
+is_W = page.suppose(W, BlockMatrix([[W1, W12], [W12.T, W2]]))
+is_Wt = page.suppose(
+    Wt,
+    BlockMatrix([[W1, W12 * Be.T], [Be * W12.T, Be * W2 * Be.T]]),
+    "section 2",
 )
 page(
-    derive("section 2", "the covariance of the additive noise", wt * wt.T)
+    letters.derive("section 2", "the covariance of the additive noise", wt * wt.T)
     .use(is_wt)
     .expect(is_ww)
     .by(Wt, is_Wt, is_Bt, is_W)
 )
-is_F = page(let(F1, BlockMatrix([[A1], [Be * C1]])))
-is_Vt = page(let(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]])))
-is_V1 = page(let(V1, W1 + A1 * Q1 * A1.T))
-is_V12 = page(let(V12, W12 + A1 * Q1 * C1.T))
-is_V2 = page(let(V2, W2 + C1 * Q1 * C1.T))
+is_F = page.let(F1, BlockMatrix([[A1], [Be * C1]]))
+is_Vt = page.let(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]]))
+is_V1 = page.let(V1, W1 + A1 * Q1 * A1.T)
+is_V12 = page.let(V12, W12 + A1 * Q1 * C1.T)
+is_V2 = page.let(V2, W2 + C1 * Q1 * C1.T)
 noise = page(
-    derive(
+    letters.derive(
         "4.4", "the noise of the parameters is additive noise", At1 * Qt * At1.T + Wt
     )
     .by(F1 * Q1 * F1.T + Wt, is_At1, is_Qt, is_F, is_Wt)
@@ -111,10 +126,10 @@ noise = page(
 
 page("""One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
     measurement.""")
-is_X = page(moment(x_nu * x_nu.T, X))
-is_dV1 = page(let(dV1, A1 * X * A1.T))
-is_dV12 = page(let(dV12, A1 * X * C1.T))
-is_dV2 = page(let(dV2, C1 * X * C1.T))
+is_X = page.moment(x_nu * x_nu.T, X)
+is_dV1 = page.let(dV1, A1 * X * A1.T)
+is_dV12 = page.let(dV12, A1 * X * C1.T)
+is_dV2 = page.let(dV2, C1 * X * C1.T)
 says = "a pair adds noise to the state"
 adds_1 = average("4.4", says, A1 * x_nu * (A1 * x_nu).T, [is_X], is_dV1)
 says = "and noise that state and measurement have in common"
@@ -124,14 +139,14 @@ adds_2 = average("4.4", says, C1 * x_nu * (C1 * x_nu).T, [is_X], is_dV2)
 
 page("""With all noise in `u` and `v`, the measurement has these second moments. No
     estimator changes them.""")
-is_xx = page(moment(x * x.T, Q1))
-is_uv = page(moment(u * v.T, V12))
-is_vv = page(moment(v * v.T, V2))
-fresh = page(moment(x * v.T, ZeroMatrix(n, l)))
-past = page(moment(u * x.T, ZeroMatrix(n, n)))
-is_Qxy = page(let(Qxy, Q1 * C.T))
-is_Qxy_next = page(let(Qxy_next, A * Q1 * C.T + V12))
-is_Qyy = page(let(Qyy, C * Q1 * C.T + V2))
+is_xx = page.moment(x * x.T, Q1)
+is_uv = page.moment(u * v.T, V12)
+is_vv = page.moment(v * v.T, V2)
+fresh = page.moment(x * v.T, ZeroMatrix(n, l))
+past = page.moment(u * x.T, ZeroMatrix(n, n))
+is_Qxy = page.let(Qxy, Q1 * C.T)
+is_Qxy_next = page.let(Qxy_next, A * Q1 * C.T + V12)
+is_Qyy = page.let(Qyy, C * Q1 * C.T + V2)
 seen = C * x + v
 says = "state and measurement"
 with_now = average("3.2", says, x * seen.T, [is_xx, fresh], is_Qxy)
@@ -142,48 +157,52 @@ says = "the measurement with itself"
 with_itself = average("3.2", says, seen * seen.T, [is_xx, is_vv, fresh], is_Qyy)
 
 page("The state has a second moment of its own, whatever the estimator.")
-is_uu = page(moment(u * u.T, V1))
-is_Q1_next = page(let(Q1_next, A * Q1 * A.T + V1, "4.3"))
+is_uu = page.moment(u * u.T, V1)
+is_Q1_next = page.let(Q1_next, A * Q1 * A.T + V1, "4.3")
 says = "the state one step on"
 moving = [is_xx, is_uu, past]
 moves = average("4.3", says, (A * x + u) * (A * x + u).T, moving, is_Q1_next)
 
 page("So (4.4) has three blocks, the first of them the plant's own.")
-is_N12 = page(let(N12, Qxy_next * Be.T))
-is_N2 = page(let(N2, Be * C * Q12 * Ae.T + (Be * C * Q12 * Ae.T).T + Be * Qyy * Be.T))
-is_Qt_next = page(
-    let(
-        Qt_next,
-        BlockMatrix(
-            [
-                [A * Q1 * A.T + V1, A * Q12 * Ae.T + N12],
-                [Ae * Q12.T * A.T + N12.T, Ae * Q2 * Ae.T + N2],
-            ]
-        ),
-    )
+is_N12 = page.let(N12, Qxy_next * Be.T)
+is_N2 = page.let(N2, Be * C * Q12 * Ae.T + (Be * C * Q12 * Ae.T).T + Be * Qyy * Be.T)
+is_Qt_next = page.let(
+    Qt_next,
+    BlockMatrix(
+        [
+            [A * Q1 * A.T + V1, A * Q12 * Ae.T + N12],
+            [Ae * Q12.T * A.T + N12.T, Ae * Q2 * Ae.T + N2],
+        ]
+    ),
 )
 step = page(
-    derive("4.3", "one step of the moment by blocks", At * Qt * At.T + Vt).by(
+    letters.derive("4.3", "one step of the moment by blocks", At * Qt * At.T + Vt).by(
         Qt_next, is_Qt_next, is_At, is_Qt, is_Vt, is_Qxy_next, is_Qyy, is_N12, is_N2
     )
 )
 moments = page(
-    derive("4.6", "the moment equation by blocks", is_Qt.right)
+    letters.derive("4.6", "the moment equation by blocks", is_Qt.right)
     .fold(is_Qt)
     .put(is_steady)
     .use(noise)
     .use(step)
     .put(is_Qt_next)
 )
-own = page(derive("4.4", "the moment of the plant is its own", Q1).put(moments))
+own = page(letters.derive("4.4", "the moment of the plant is its own", Q1).put(moments))
 
 
 @cache
 def equivalent_noise():
     """What one pair (A1, C1) adds to V1, V12 and V2; X is the second moment of x."""
-    stages = [assign(r, "(4.4)") for r in (is_dV1, is_dV12, is_dV2)]
+    stages = [assign(letters, r, "(4.4)") for r in (is_dV1, is_dV12, is_dV2)]
     return listed(
-        (A1, C1, X), stages, "what a pair adds to the noise", adds_1, adds_12, adds_2
+        letters,
+        (A1, C1, X),
+        stages,
+        "what a pair adds to the noise",
+        adds_1,
+        adds_12,
+        adds_2,
     )
 
 
@@ -193,8 +212,10 @@ page(equivalent_noise())
 @cache
 def moment_ahead():
     """The second moment of the state one step on; V1 is the covariance of all noise."""
-    stages = [assign(is_Q1_next, "(4.3)")]
-    return listed((A, Q1, V1), stages, "the moment of the state, one step", moves)
+    stages = [assign(letters, is_Q1_next, "(4.3)")]
+    return listed(
+        letters, (A, Q1, V1), stages, "the moment of the state, one step", moves
+    )
 
 
 page(moment_ahead())
@@ -203,9 +224,9 @@ page(moment_ahead())
 @cache
 def both_systems():
     """Plant and estimator as one system, and the additive noise that drives it."""
-    stages = [assign(r, "section 2") for r in (is_At, is_At1, is_Wt)]
+    stages = [assign(letters, r, "section 2") for r in (is_At, is_At1, is_Wt)]
     given = (A, C, A1, C1, W1, W12, W2, Ae, Be)
-    return listed(given, stages, "plant and estimator as one system", together)
+    return listed(letters, given, stages, "plant and estimator as one system", together)
 
 
 page(both_systems())
@@ -214,8 +235,9 @@ page(both_systems())
 @cache
 def output_moments():
     """E[x y'], E[x+ y'] and E[y y'], which no estimator changes."""
-    stages = [assign(r) for r in (is_Qxy, is_Qxy_next, is_Qyy)]
+    stages = [assign(letters, r) for r in (is_Qxy, is_Qxy_next, is_Qyy)]
     return listed(
+        letters,
         (A, C, V12, V2, Q1),
         stages,
         "second moments with the measurement",
@@ -231,10 +253,15 @@ page(output_moments())
 @cache
 def estimator_moments():
     """Right sides of Q12 = A Q12 Ae' + N12 and of Q2 = Ae Q2 Ae' + N2."""
-    stages = [assign(r, "(4.6)") for r in (is_N12, is_N2)]
+    stages = [assign(letters, r, "(4.6)") for r in (is_N12, is_N2)]
     given = (C, Qyy, Qxy_next, Ae, Be, Q12)
     return listed(
-        given, stages, "what drives the moments of an estimator", step, moments
+        letters,
+        given,
+        stages,
+        "what drives the moments of an estimator",
+        step,
+        moments,
     )
 
 

@@ -18,7 +18,6 @@ from .letters import SOURCE, n
 from .letters import letters as paper
 
 letters = paper.here()
-derive, let, steady = letters.derive, letters.let, letters.steady
 
 
 def square(name, meaning):
@@ -54,32 +53,30 @@ Lambda = square("Lambda", "the cost of noise that enters now and is remembered")
 page = Page(letters=letters, source=f"our own; {SOURCE}, (4.4)")
 
 page("The system `A_theta` moves the state, and depends on a parameter `theta`.")
-is_A_theta = page(let(A_theta, A + theta * A_1))
+is_A_theta = page.let(A_theta, A + theta * A_1)
 
 page("""For one value that stays, the second moment of the steady state is the solution
     of a Lyapunov equation, and without the parameter that of another.""")
-is_X = page(steady(X, A_theta * X * A_theta.T + W))
-is_X_0 = page(steady(X_0, A * X_0 * A.T + W))
+is_X = page.steady(X, A_theta * X * A_theta.T + W)
+is_X_0 = page.steady(X_0, A * X_0 * A.T + W)
 
 page("Two more equations say how it moves with the parameter.")
-is_B_1 = page(let(B_1, A_1 * X_0 * A.T + A * X_0 * A_1.T))
-is_X_1 = page(steady(X_1, A * X_1 * A.T + B_1))
-is_B_w = page(let(B_w, A_1 * X_0 * A_1.T))
-is_B_2 = page(let(B_2, B_w + A_1 * X_1 * A.T + A * X_1 * A_1.T))
-is_X_2 = page(steady(X_2, A * X_2 * A.T + B_2))
-is_X_p = page(let(X_p, X_0 + theta * X_1 + theta**2 * X_2))
+is_B_1 = page.let(B_1, A_1 * X_0 * A.T + A * X_0 * A_1.T)
+is_X_1 = page.steady(X_1, A * X_1 * A.T + B_1)
+is_B_w = page.let(B_w, A_1 * X_0 * A_1.T)
+is_B_2 = page.let(B_2, B_w + A_1 * X_1 * A.T + A * X_1 * A_1.T)
+is_X_2 = page.steady(X_2, A * X_2 * A.T + B_2)
+is_X_p = page.let(X_p, X_0 + theta * X_1 + theta**2 * X_2)
 
 page("""Up to the square of the parameter this sum solves the true equation. What it
     misses is of third order.""")
-is_B_p = page(
-    let(
-        B_p,
-        theta**3 * (A_1 * X_1 * A_1.T + A_1 * X_2 * A.T + A * X_2 * A_1.T)
-        + theta**4 * A_1 * X_2 * A_1.T,
-    )
+is_B_p = page.let(
+    B_p,
+    theta**3 * (A_1 * X_1 * A_1.T + A_1 * X_2 * A.T + A * X_2 * A_1.T)
+    + theta**4 * A_1 * X_2 * A_1.T,
 )
 missed = page(
-    derive("constant", "the sum one step on", A_theta * X_p * A_theta.T + W)
+    letters.derive("constant", "the sum one step on", A_theta * X_p * A_theta.T + W)
     .put(is_A_theta, is_X_p)
     .fold(is_B_1, is_B_w, is_B_2, is_B_p)
     .fold(is_X_0, is_X_1, is_X_2)
@@ -88,17 +85,19 @@ missed = page(
 
 page("So the true moment differs by what this remainder drives, for any `theta`.")
 page(
-    derive("constant", "what the sum is off by", A_theta * (X - X_p) * A_theta.T + B_p)
+    letters.derive(
+        "constant", "what the sum is off by", A_theta * (X - X_p) * A_theta.T + B_p
+    )
     .fold(is_X)
     .use(missed)
 )
 
 page("""A parameter of mean zero may as well have the other sign. In the mean over both,
     what is of first order cancels, and the square is left.""")
-is_up = page(let(X_up, X_0 + s * X_1 + s**2 * X_2))
-is_down = page(let(X_down, X_0 - s * X_1 + s**2 * X_2))
+is_up = page.let(X_up, X_0 + s * X_1 + s**2 * X_2)
+is_down = page.let(X_down, X_0 - s * X_1 + s**2 * X_2)
 page(
-    derive("constant", "the mean over both signs", half * (X_up + X_down)).use(
+    letters.derive("constant", "the mean over both signs", half * (X_up + X_down)).use(
         is_up, is_down
     )
 )
@@ -106,11 +105,11 @@ page(
 
 page("""White noise of variance `s^2` in place of the parameter adds its covariance at
     every step.""")
-is_X_w = page(steady(X_w, A * X_w * A.T + B_w))
-is_X_v = page(let(X_v, X_0 + s**2 * X_w))
-is_B_v = page(let(B_v, s**4 * A_1 * X_w * A_1.T))
+is_X_w = page.steady(X_w, A * X_w * A.T + B_w)
+is_X_v = page.let(X_v, X_0 + s**2 * X_w)
+is_B_v = page.let(B_v, s**4 * A_1 * X_w * A_1.T)
 page(
-    derive(
+    letters.derive(
         "white",
         "the sum one step on, where white noise takes the place of the constant",
         A * X_v * A.T + s**2 * A_1 * X_v * A_1.T + W,
@@ -122,9 +121,9 @@ page(
 )
 
 page("A constant does more: what it did to the state before, it meets again.")
-is_Y = page(let(Y, X_2 - X_w))
+is_Y = page.let(Y, X_2 - X_w)
 page(
-    derive("constant", "what a constant does beyond white noise", is_Y)
+    letters.derive("constant", "what a constant does beyond white noise", is_Y)
     .put(is_X_2, is_X_w)
     .use(is_B_2)
     .fold(is_Y)
@@ -134,7 +133,7 @@ page(
 page("""A cost adds up what noise does now and later. So both effects are traces of what
     drives them, and their quotient is the factor by which white noise must be stronger
     than the constant to cost the same.""")
-dual = page(steady(Lambda, A.T * Lambda * A + M))
+dual = page.steady(Lambda, A.T * Lambda * A + M)
 once = dict(P_tilde=Lambda, R_tilde=M, A_tilde=A, A_tilde_1=ZeroMatrix(n, n))
 white = dict(Q_tilde=X_w, W_tilde=B_w)
 page.at("white", "what white noise costs", cost.pairing, **once, **white)

@@ -10,6 +10,7 @@ from sympy import Trace
 from matrixproof import (
     BlockMatrix,
     Page,
+    Stage,
     ZeroMatrix,
 )
 
@@ -27,7 +28,35 @@ from .augmented import (
     is_xt,
     is_y,
 )
-from .letters import *
+from .letters import SOURCE, assign, l, letters, listed, n, r
+from .letters.both import (
+    F1,
+    P1,
+    P2,
+    P12,
+    Q1,
+    Q2,
+    Q12,
+    At,
+    At1,
+    Lt,
+    Pt,
+    Qt,
+    Rt,
+    both,
+    xt,
+)
+from .letters.estimator import Ae, Be, Ce, De, J, Sigma, e, xe, ye
+from .letters.kernels import M1, M2, M12, M_nu, Qxy, Qyy, S_e
+from .letters.plant import C1, V2, W2, A, C, L, R, w2, x, x_nu, y
+from .letters.theorem import Lq
+
+letters = letters.here()
+Ct1 = letters("C_tilde_1", l, both, "how parameter noise reaches the measurement")
+Rt_0 = letters(
+    "R_tilde_0", both, both, "weight of both, without parameter noise", symmetric=True
+)
+
 
 missed = L - De * C
 corner = C1.T * De.T * R * De * C1
@@ -40,24 +69,24 @@ page(is_y, is_x_nu, is_xt, is_Q, is_Qt, is_Qxy, is_Qyy, is_V2)
 
 page("""The estimator answers `y_e` for `L x`. Its error is seen through the state of
     both, beside what is noise.""")
-is_ye = page(let(ye, Ce * xe + De * y, "3.4"))
-is_e = page(let(e, L * x - ye, "3.5"))
-is_Lt = page(let(Lt, BlockMatrix([[L - De * C, -Ce]])))
+is_ye = page.let(ye, Ce * xe + De * y, "3.4")
+is_e = page.let(e, L * x - ye, "3.5")
+is_Lt = page.let(Lt, BlockMatrix([[L - De * C, -Ce]]))
 error = page(
-    derive("3.4", "the error shows the state of both", is_e)
+    letters.derive("3.4", "the error shows the state of both", is_e)
     .put(is_ye)
     .by(Lt * xt - De * (C1 * x_nu + w2), is_y, is_x_nu, is_Lt, is_xt)
 )
 
 page("The terms are uncorrelated with each other.")
-is_Q1_nu = page(moment(x_nu * x_nu.T, Q1))
-is_W2 = page(moment(w2 * w2.T, W2, "section 2"))
-apart_e = page(moment(xt * x_nu.T, ZeroMatrix(both, n)))
-white_e = page(moment(xt * w2.T, ZeroMatrix(both, l)))
-white_1 = page(moment(x_nu * w2.T, ZeroMatrix(n, l)))
-is_Sigma = page(let(Sigma, Lt * Qt * Lt.T + De * V2 * De.T))
+is_Q1_nu = page.moment(x_nu * x_nu.T, Q1)
+is_W2 = page.moment(w2 * w2.T, W2, "section 2")
+apart_e = page.moment(xt * x_nu.T, ZeroMatrix(both, n))
+white_e = page.moment(xt * w2.T, ZeroMatrix(both, l))
+white_1 = page.moment(x_nu * w2.T, ZeroMatrix(n, l))
+is_Sigma = page.let(Sigma, Lt * Qt * Lt.T + De * V2 * De.T)
 page(
-    derive("3.5", "the covariance of the error", e * e.T)
+    letters.derive("3.5", "the covariance of the error", e * e.T)
     .put(error)
     .expect(is_Q, is_Q1_nu, is_W2, apart_e, white_e, white_1)
     .fold(is_V2)
@@ -66,20 +95,20 @@ page(
 
 page("""Multiplied out, the covariance is written in moments that the library computes
     one by one.""")
-is_J = page(let(J, R * Sigma, "3.5"))
-is_S = page(let(S_e, (L * Q12 - De * C * Q12) * Ce.T + L * Qxy * De.T))
+is_J = page.let(J, R * Sigma, "3.5")
+is_S = page.let(S_e, (L * Q12 - De * C * Q12) * Ce.T + L * Qxy * De.T)
 shown = page(
-    derive("3.5", "the covariance of the error by blocks", is_Sigma).by(
+    letters.derive("3.5", "the covariance of the error by blocks", is_Sigma).by(
         L * Q1 * L.T - S_e - S_e.T + Ce * Q2 * Ce.T + De * Qyy * De.T,
         *(is_Lt, is_Qt, is_Qxy, is_Qyy, is_S),
     )
 )
 
 page("The cost is linear in the moment of both, with a weight for both.")
-is_Ct1 = page(let(Ct1, BlockMatrix([[C1, ZeroMatrix(l, r)]])))
-is_Rt = page(let(Rt, Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, "section 2"))
+is_Ct1 = page.let(Ct1, BlockMatrix([[C1, ZeroMatrix(l, r)]]))
+is_Rt = page.let(Rt, Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, "section 2")
 weight = page(
-    derive("section 2", "the weight of both by blocks", is_Rt).by(
+    letters.derive("section 2", "the weight of both by blocks", is_Rt).by(
         BlockMatrix(
             [
                 [missed.T * R * missed + corner, -missed.T * R * Ce],
@@ -90,7 +119,7 @@ weight = page(
     )
 )
 cost = page(
-    derive("3.5", "the cost is linear in the moment", Trace(R * Sigma))
+    letters.derive("3.5", "the cost is linear in the moment", Trace(R * Sigma))
     .put(is_Sigma, is_V2)
     .by(
         Trace(Qt * (Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1))
@@ -102,31 +131,29 @@ cost = page(
 page(is_At, is_At1, is_steady)
 
 page("A dual of the moment, driven by the weight, gives the same cost.")
-dual = page(steady(Pt, At.T * Pt * At + At1.T * Pt * At1 + Rt, "4.5"))
+dual = page.steady(Pt, At.T * Pt * At + At1.T * Pt * At1 + Rt, "4.5")
 pairing = page(
-    derive("4.5", "the dual gives the same cost", Trace(Qt * Rt))
+    letters.derive("4.5", "the dual gives the same cost", Trace(Qt * Rt))
     .fold(dual)
     .fold(is_steady)
 )
-is_Lq = page(let(Lq, L - De * C))
-is_Rt_0 = page(let(Rt_0, Lt.T * R * Lt))
+is_Lq = page.let(Lq, L - De * C)
+is_Rt_0 = page.let(Rt_0, Lt.T * R * Lt)
 
 page("""Block by block, the parameters' noise enters the dual in the first block alone,
     and no gain depends on that block.""")
-is_Pt = page(suppose(Pt, BlockMatrix([[P1, P12], [P12.T, P2]])))
+is_Pt = page.suppose(Pt, BlockMatrix([[P1, P12], [P12.T, P2]]))
 page(is_F)
-is_M_nu = page(let(M_nu, F1.T * Pt * F1 + corner))
-is_M1 = page(
-    let(
-        M1,
-        A.T * P12 * Be * C
-        + (A.T * P12 * Be * C).T
-        + C.T * Be.T * P2 * Be * C
-        + missed.T * R * missed,
-    )
+is_M_nu = page.let(M_nu, F1.T * Pt * F1 + corner)
+is_M1 = page.let(
+    M1,
+    A.T * P12 * Be * C
+    + (A.T * P12 * Be * C).T
+    + C.T * Be.T * P2 * Be * C
+    + missed.T * R * missed,
 )
-is_M12 = page(let(M12, C.T * Be.T * P2 * Ae - missed.T * R * Ce))
-is_M2 = page(let(M2, Ce.T * R * Ce))
+is_M12 = page.let(M12, C.T * Be.T * P2 * Ae - missed.T * R * Ce)
+is_M2 = page.let(M2, Ce.T * R * Ce)
 
 
 def by_blocks(first):
@@ -137,7 +164,7 @@ def by_blocks(first):
 
 driven = is_M1, is_M12, is_M2
 duals = page(
-    derive("4.7", "the dual equation by blocks", is_Pt.right)
+    letters.derive("4.7", "the dual equation by blocks", is_Pt.right)
     .fold(is_Pt)
     .put(dual)
     .put(is_Rt)
@@ -150,7 +177,7 @@ duals = page(
 page("Without it the other two blocks obey the same equations.")
 says = "the dual equation without the noise of the parameters"
 unnoised = page(
-    derive("4.7", says, At.T * Pt * At + Rt_0)
+    letters.derive("4.7", says, At.T * Pt * At + Rt_0)
     .put(is_Rt_0)
     .by(by_blocks(M1), is_At, is_Lt, is_Pt, *driven)
 )
@@ -159,9 +186,9 @@ unnoised = page(
 @cache
 def adjoint_moments():
     """Right sides of P2 = Ae'P2 Ae + M2, P12 = A'P12 Ae + M12, P1 = A'P1 A + M1."""
-    stages = [assign(r, "(4.7)") for r in (is_M2, is_M12, is_M1)]
+    stages = [assign(letters, r, "(4.7)") for r in (is_M2, is_M12, is_M1)]
     given = (A, C, L, R, Ae, Be, Ce, De, P12, P2)
-    return listed(given, stages, "what drives their duals", duals)
+    return listed(letters, given, stages, "what drives their duals", duals)
 
 
 page(adjoint_moments())
@@ -172,9 +199,9 @@ def weight_of_both():
     """What drives the dual, without the noise of the parameters."""
     stages = (
         Stage(Lt, BlockMatrix([[Lq, -Ce]]), "section 2", by=(is_Lt, is_Lq)),
-        assign(is_Rt_0),
+        assign(letters, is_Rt_0),
     )
-    return listed((Lq, R, Ce), stages, "the weight of both", unnoised)
+    return listed(letters, (Lq, R, Ce), stages, "the weight of both", unnoised)
 
 
 page(weight_of_both())
@@ -192,10 +219,10 @@ def projection_cost():
             symmetric=True,
             by=(shown, is_S),
         ),
-        assign(is_J, "(3.5)"),
+        assign(letters, is_J, "(3.5)"),
     )
     given = (C, L, R, Ce, De, Qxy, Qyy, Q1, Q12, Q2)
-    return listed(given, stages, "the cost of an estimator", cost)
+    return listed(letters, given, stages, "the cost of an estimator", cost)
 
 
 page(projection_cost())

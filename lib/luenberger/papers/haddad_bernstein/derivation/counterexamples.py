@@ -25,9 +25,19 @@ from .augmented import is_N2, is_N12, is_Qxy, is_Qxy_next, is_Qyy
 from .cost import is_M2, is_M12, is_S, shown
 from .equations import is_adjoint, is_estimate, is_perp, is_riccati
 from .gradients import is_gradAe, is_gradBe, is_gradCe, is_gradDe
-from .letters import *
+from .letters import letters, n, r
+from .letters.both import P2, P12, Q1, Q2, Q12
+from .letters.estimator import GAINS, Ae, Be, Ce, De
+from .letters.kernels import M2, M12, N2, N12
+from .letters.plant import V1, V2, V12, A, C, L, R
+from .letters.theorem import Aq, G, Gam, Kq, Ph, Q, Qh, Qs, V2s, tau
 from .projection import is_Lq
 from .stationarity import is_Aq, is_Ce, is_tau
+
+letters = letters.here()
+M_tau = letters("M_tau", n, n, "product of the hats between projections")
+M_sharp = letters("M_tau_sharp", n, n, "its group inverse")
+
 
 MEANT = {x.left: x.right for x in (is_N12, is_N2, is_M12, is_M2, is_Qxy, is_Qxy_next)}
 MEANT |= {x.left: x.right for x in (is_Qyy, is_S, is_Aq, is_Lq, is_perp)}
@@ -223,11 +233,11 @@ page("""A weaker reading of (3.17) asks for `tau = M M#` with the group inverse 
     product `M` of the two hats between projections. It says nothing: the equation holds
     for every product of two biorthogonal factors.""")
 page(is_tau)
-one = page(suppose(Gam * G.T, Identity(r), "3.9"))
-is_Q2 = page(let(Q2, Gam * Qh * Gam.T))
-is_P2 = page(let(P2, G * Ph * G.T))
-is_M = page(let(M_tau, tau * Qh * tau.T * tau.T * Ph * tau))
-is_group = page(let(M_sharp, G.T * P2.I * Q2.I * Gam))
+one = page.suppose(Gam * G.T, Identity(r), "3.9")
+is_Q2 = page.let(Q2, Gam * Qh * Gam.T)
+is_P2 = page.let(P2, G * Ph * G.T)
+is_M = page.let(M_tau, tau * Qh * tau.T * tau.T * Ph * tau)
+is_group = page.let(M_sharp, G.T * P2.I * Q2.I * Gam)
 product = page.chain(
     "3.17",
     "the product of the hats between projections",

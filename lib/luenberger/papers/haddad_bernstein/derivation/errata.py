@@ -17,7 +17,27 @@ from matrixproof.explicit import Claim
 
 from . import augmented, cost, equations, gradients, mean_square, projection
 from . import stationarity as best
-from .letters import *
+from .letters import letters, r
+from .letters.both import P2, P12, Q2, Q12, At, At1, Pt, Qt, Rt
+from .letters.estimator import Ae, Be, Ce, De
+from .letters.kernels import M2, M12, N2, N12
+from .letters.plant import C1, V2, V12, W2, A, C, L, R
+from .letters.theorem import (
+    Aq,
+    G,
+    Gam,
+    Kq,
+    Lq,
+    P_e,
+    Ph,
+    Q,
+    Q_e,
+    Qh,
+    Qs,
+    V2s,
+    tau,
+    tau_perp,
+)
 
 NOT_CONFORMABLE = sp.Symbol("not conformable")
 ALGEBRA = Algebra(letters.symmetric)

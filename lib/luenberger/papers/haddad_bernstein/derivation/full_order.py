@@ -21,7 +21,12 @@ from .equations import (
     written_V1,
     written_V2s,
 )
-from .letters import *
+from .letters import SOURCE, I, assign, l, letters, listed, n, q, r
+from .letters.both import Q1, Q12
+from .letters.estimator import Ae, Be, Ce, De
+from .letters.kernels import Qxy, Qyy, S_e
+from .letters.plant import A1, C1, V1, W1, A, C, L, y
+from .letters.theorem import Aq, G, Gam, Kq, Lq, Q, Q_e, Qh, Qs, V2s, tau, tau_perp, xh
 from .sensitivity import silent
 from .stationarity import (
     gain_Ae,
@@ -35,6 +40,12 @@ from .stationarity import (
     next_split,
     split,
 )
+
+letters = letters.here()
+De0 = letters("De0", q, l, "static gain of any estimator")
+extra = letters("D_x", q, l, "what it has beyond the Kalman filter's")
+S_x = letters("S_x", q, q, "second moment of the predictor's output and the estimate")
+V1i = letters("V1i", n, n, "noise that moves the predictor", symmetric=True)
 
 
 def at_n(expr):
@@ -55,10 +66,12 @@ page = Page(letters=letters, source=SOURCE, limits=({r: n},))
 
 page("""With `n_e = n` the product `Gamma G' = I` is that of two square matrices. In a
     basis of one's choice both are the identity, and so is the projection.""")
-is_G = page(suppose(G_n, I))
-is_Gam = page(suppose(Gam_n, I))
-is_tau = page(at_n(let(tau, G.T * Gam, "3.8")))
-whole = page(derive("3.8", "the projection at full order", is_tau).use(is_G, is_Gam))
+is_G = page.suppose(G_n, I)
+is_Gam = page.suppose(Gam_n, I)
+is_tau = page(at_n(letters.let(tau, G.T * Gam, "3.8")))
+whole = page(
+    letters.derive("3.8", "the projection at full order", is_tau).use(is_G, is_Gam)
+)
 
 page("The matrices of the estimator lose their factors.")
 page(is_Aq)
@@ -67,47 +80,55 @@ full_Ce = page(at_n(is_Ce))
 page(is_K, is_De)
 full_Ae = page(at_n(gain_Ae))
 page(
-    derive("3.21", "the estimator's own matrix at full order", full_Ae)
+    letters.derive("3.21", "the estimator's own matrix at full order", full_Ae)
     .use(is_G, is_Gam)
     .put(is_Aq)
     .by(A - Qs * V2s.I * C, is_K)
 )
 page(
-    derive("3.22", "its input matrix at full order", full_Be)
+    letters.derive("3.22", "its input matrix at full order", full_Be)
     .use(is_Gam)
     .by(Qs * V2s.I, is_K)
 )
-full_output = page(derive("3.23", "its output matrix at full order", full_Ce).use(is_G))
-page(derive("3.24", "its static gain at full order", De).by(L * Q * C.T * V2s.I, is_De))
+full_output = page(
+    letters.derive("3.23", "its output matrix at full order", full_Ce).use(is_G)
+)
+page(
+    letters.derive("3.24", "its static gain at full order", De).by(
+        L * Q * C.T * V2s.I, is_De
+    )
+)
 
 page("The equations lose the projection.")
-is_perp = page(let(tau_perp, I - tau, "section 2"))
+is_perp = page.let(tau_perp, I - tau, "section 2")
 full_Q = page(
-    derive("3.25", "the Riccati equation at full order", riccati_equation)
+    letters.derive("3.25", "the Riccati equation at full order", riccati_equation)
     .put(is_perp)
     .use(whole)
 )
-full_Qh = page(derive("3.26", "the second equation at full order", second).use(whole))
+full_Qh = page(
+    letters.derive("3.26", "the second equation at full order", second).use(whole)
+)
 page(
-    derive("3.27", "the least error at full order", best).by(
+    letters.derive("3.27", "the least error at full order", best).by(
         L * (Q - Q * C.T * V2s.I * C * Q) * L.T, is_De
     )
 )
 
 page("So do the noise of the parameters and the moments of the innovation.")
 full_Qs = page(
-    derive("section 2", "next state and innovation at full order", written_Qs).put(
-        whole
-    )
+    letters.derive(
+        "section 2", "next state and innovation at full order", written_Qs
+    ).put(whole)
 )
 full_V2s = page(
-    derive("section 2", "the innovation at full order", written_V2s).use(whole)
+    letters.derive("section 2", "the innovation at full order", written_V2s).use(whole)
 )
 
 page("""The sum of the two equations is the plant's own. So `Q + Qh` is known before the
     filter is, and (3.25) is the Riccati equation of a Kalman filter.""")
 page(
-    derive("3.25, 3.26", "the sum depends on no filter", Q + Qh)
+    letters.derive("3.25, 3.26", "the sum depends on no filter", Q + Qh)
     .put(full_Q)
     .put(full_Qh)
     .use(written_V1)
@@ -117,9 +138,9 @@ page(
 
 page("Without noise in the parameters it is Kalman's own, and nothing is left of `Qh`.")
 page(is_V1)
-certain = page(suppose(A1, ZeroMatrix(n, n)))
+certain = page.suppose(A1, ZeroMatrix(n, n))
 page(
-    derive("3.25", "the equation of the Kalman filter", full_Q)
+    letters.derive("3.25", "the equation of the Kalman filter", full_Q)
     .put(is_V1)
     .use(certain)
     .by(A * Q * A.T + W1 - Qs * V2s.I * Qs.T, is_K)
@@ -127,27 +148,35 @@ page(
 
 page("""So it depends on `Qh` no more, and (3.26) is superfluous. The same holds of the
     innovation. Without feedthrough the filter says `L xhat`.""")
-certain_C = page(suppose(C1, ZeroMatrix(l, n)))
+certain_C = page.suppose(C1, ZeroMatrix(l, n))
 page(
-    derive("remark 3.6", "next state and innovation of the Kalman filter", full_Qs).use(
-        certain
+    letters.derive(
+        "remark 3.6", "next state and innovation of the Kalman filter", full_Qs
+    ).use(certain)
+)
+page(
+    letters.derive("remark 3.6", "the innovation of the Kalman filter", full_V2s).use(
+        certain_C
     )
 )
-page(
-    derive("remark 3.6", "the innovation of the Kalman filter", full_V2s).use(certain_C)
-)
 page(silent)
-page(derive("remark 3.6", "the output of the Kalman filter", full_output).use(silent))
+page(
+    letters.derive("remark 3.6", "the output of the Kalman filter", full_output).use(
+        silent
+    )
+)
 
 page("""The estimator is the predictor of that filter. Its static gain is the
     measurement update.""")
 page(
-    derive("3.21, 3.22", "the estimator is the predictor", Aq * xh + Kq * y)
+    letters.derive("3.21, 3.22", "the estimator is the predictor", Aq * xh + Kq * y)
     .put(is_Aq)
     .factor()
 )
 page(
-    derive("3.23, 3.24", "the estimate is the update", (L - De * C) * xh + De * y)
+    letters.derive(
+        "3.23, 3.24", "the estimate is the update", (L - De * C) * xh + De * y
+    )
     .factor()
     .by(L * (xh + Q * C.T * V2s.I * (y - C * xh)), is_De)
 )
@@ -156,14 +185,14 @@ page("""The predictor is itself a plant, `xhat_next = A xhat + K_q i` and `y = C
     i` with the innovation `i` for noise. Any estimator has the same moments on it,
     because both sides split alike. Beyond the Kalman filter it costs what it costs
     there, with a static gain of `D_x`. That excess is free of cancellation.""")
-is_V1i = page(let(V1i, Kq * Qs.T))
-is_Lq = page(let(Lq, L - De * C))
-is_extra = page(let(extra, De0 - De))
+is_V1i = page.let(V1i, Kq * Qs.T)
+is_Lq = page.let(Lq, L - De * C)
+is_extra = page.let(extra, De0 - De)
 page(is_Q1, is_Qxy)
-is_S0 = page(let(S_e, S_0 + L * Qxy * De0.T))
-is_Sx = page(let(S_x, S_0 + Lq * Q_e * C.T * extra.T))
+is_S0 = page.let(S_e, S_0 + L * Qxy * De0.T)
+is_Sx = page.let(S_x, S_0 + Lq * Q_e * C.T * extra.T)
 excess = page(
-    derive(
+    letters.derive(
         "",
         "what an estimator costs beyond the Kalman filter",
         L * Q1 * L.T - S_e - S_e.T + De0 * Qyy * De0.T - L * Q * L.T + De * V2s * De.T,
@@ -181,7 +210,9 @@ excess = page(
     )
 )
 noise = page(
-    derive("3.25", "noise that moves the predictor", V1 - V1i).put(is_V1i).fold(full_Q)
+    letters.derive("3.25", "noise that moves the predictor", V1 - V1i)
+    .put(is_V1i)
+    .fold(full_Q)
 )
 
 
@@ -196,12 +227,12 @@ def innovations_plant():
     """
     stages = (
         Stage(Kq, Solve(Qs, V2s), by=(is_K,)),
-        assign(is_V1i),
-        assign(is_Lq),
+        assign(letters, is_V1i),
+        assign(letters, is_Lq),
     )
     proofs = next_split, split, excess, noise
     says = "the predictor as a plant"
-    return listed((C, L, Qs, V2s, De), stages, says, *proofs, source="our own")
+    return listed(letters, (C, L, Qs, V2s, De), stages, says, *proofs, source="our own")
 
 
 page(innovations_plant())

@@ -14,7 +14,17 @@ from matrixproof import Identity, Page, Stage
 
 from .augmented import is_N2, is_N12, is_Qt_next, own, step
 from .cost import is_Pt, is_S, shown
-from .letters import *
+from .letters import SOURCE, letters, listed
+from .letters.both import P1, P2, P12, Q1, Q2, Q12, At, At1, Pt, Qt, Rt, Vt, Wt, both
+from .letters.estimator import Ae, Be, Ce, De, Sigma
+from .letters.kernels import Qxy, Qxy_next, Qyy, gradAe, gradBe, gradCe, gradDe
+from .letters.plant import W2, A, C, L, R
+
+letters = letters.here()
+p_tilde = letters("p", both**2, 1, "the entries of `P_tilde`, in a column")
+Phi_p = letters("Phi_p", both**2, both**2, "the map of (4.5) on them, without weight")
+N_p = letters("N_p", both**2, both**2, "inverse of `I - Phi_p`")
+
 
 lagrangian = (
     Trace(Qt * Rt)
@@ -28,17 +38,17 @@ page("""To minimise the cost with (4.4) as a constraint, add the constraint time
     multiplier. The gradients in the multiplier and in the moment are the two equations
     again.""")
 says = "the gradient in the multiplier is the moment equation"
-page(derive("4.6", says, lagrangian).gradient(Pt))
+page(letters.derive("4.6", says, lagrangian).gradient(Pt))
 says = "the gradient in the moment is the dual equation"
-page(derive("4.7", says, lagrangian).gradient(Qt, held=(At, At1, Wt)))
+page(letters.derive("4.7", says, lagrangian).gradient(Qt, held=(At, At1, Wt)))
 
 page("""Might the multiplier of the cost be zero instead? Then the dual equation has no
     weight, `p = Phi_p p` for the entries `p` of `P_tilde`. Where both systems are
     stable in mean square, `I - Phi_p` has an inverse, and no multiplier is left.""")
-unweighted = page(suppose(Phi_p * p_tilde, p_tilde))
-solvable = page(suppose(N_p * (Identity(both**2) - Phi_p), Identity(both**2)))
+unweighted = page.suppose(Phi_p * p_tilde, p_tilde)
+solvable = page.suppose(N_p * (Identity(both**2) - Phi_p), Identity(both**2))
 page(
-    derive("after 4.5", "the multiplier of the cost is not zero", p_tilde)
+    letters.derive("after 4.5", "the multiplier of the cost is not zero", p_tilde)
     .insert(N_p * (Identity(both**2) - Phi_p) * p_tilde, solvable)
     .use(unweighted)
 )
@@ -49,7 +59,7 @@ page("""What is left are the gradients in the four matrices of the estimator. Th
     half of each. The noise of the parameters is in `V_1`, `V_12` and `V_2`, which no
     matrix of the estimator changes.""")
 constraint = page(
-    derive("4.6", "the constraint by blocks", Trace(Pt * (At * Qt * At.T + Vt)))
+    letters.derive("4.6", "the constraint by blocks", Trace(Pt * (At * Qt * At.T + Vt)))
     .use(step)
     .multiply(is_Pt, is_Qt_next)
     .fold(own)
@@ -62,7 +72,7 @@ constraint = page(
 )
 page(is_S)
 output = page(
-    derive("3.5", "the cost by blocks", Trace(R * Sigma))
+    letters.derive("3.5", "the cost by blocks", Trace(R * Sigma))
     .put(shown)
     .expand()
     .cyclic(R)
@@ -72,8 +82,8 @@ output = page(
 
 def slope(number, says, of, gain, letter):
     """The gradient of a trace in one gain, as the machine finds it, and its letter."""
-    found = derive(number, says, of).gradient(gain)
-    named = page(let(letter, found.right, number))
+    found = letters.derive(number, says, of).gradient(gain)
+    named = page.let(letter, found.right, number)
     return page(found.fold(named)), named
 
 
@@ -104,7 +114,7 @@ def projection_gradient():
     ]
     moments = (Qxy, Qxy_next, Qyy, Q12, Q2, P12, P2)
     given = (A, C, L, R, Ae, Be, Ce, De, *moments)
-    return listed(given, stages, "the gradient of the cost", *SLOPES)
+    return listed(letters, given, stages, "the gradient of the cost", *SLOPES)
 
 
 page(projection_gradient())

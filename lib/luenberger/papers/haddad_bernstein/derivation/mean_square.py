@@ -21,7 +21,11 @@ from matrixproof import (
 )
 
 from .augmented import is_At, is_At1, is_Qt, is_V1, own
-from .letters import *
+from .letters import SOURCE, letters, n, r, square
+from .letters.both import Q1, Q2, Q12, At, At1, Qt, both
+from .letters.estimator import Ae, Be
+from .letters.kernels import X
+from .letters.plant import A1, C1, W1, A, C
 
 k = sp.symbols("k", integer=True, nonnegative=True)
 c, s = sp.symbols("c s", positive=True)
@@ -64,17 +68,15 @@ page = Page(letters=letters, source=SOURCE)
 page("""Lemma 4.1 asks when the moment of both settles. Without new noise one step takes
     it through the two matrices of the system, block by block.""")
 page(is_At, is_At1, is_Qt)
-is_F12 = page(let(F12, (A * Q1 * C.T + A1 * Q1 * C1.T) * Be.T))
-is_F2 = page(
-    let(
-        F2,
-        Be * C * Q12 * Ae.T
-        + Ae * Q12.T * C.T * Be.T
-        + Be * (C * Q1 * C.T + C1 * Q1 * C1.T) * Be.T,
-    )
+is_F12 = page.let(F12, (A * Q1 * C.T + A1 * Q1 * C1.T) * Be.T)
+is_F2 = page.let(
+    F2,
+    Be * C * Q12 * Ae.T
+    + Ae * Q12.T * C.T * Be.T
+    + Be * (C * Q1 * C.T + C1 * Q1 * C1.T) * Be.T,
 )
 page(
-    derive(
+    letters.derive(
         "lemma 4.1",
         "one step of the moment without new noise",
         At * Qt * At.T + At1 * Qt * At1.T,
@@ -91,13 +93,20 @@ page(
 
 page("""The first block depends on itself alone, the second on itself and the first, the
     third on itself and the other two. So the map is triangular.""")
-with page.scope(suppose(Q1, none(n, n)), suppose(Q12, none(n, r))) as (no_Q1, no_Q12):
+with page.scope(letters.suppose(Q1, none(n, n)), letters.suppose(Q12, none(n, r))) as (
+    no_Q1,
+    no_Q12,
+):
     page(
-        derive("lemma 4.1", "what the first block adds to the second", is_F12).use(
-            no_Q1
+        letters.derive(
+            "lemma 4.1", "what the first block adds to the second", is_F12
+        ).use(no_Q1)
+    )
+    page(
+        letters.derive("lemma 4.1", "what both add to the third", is_F2).use(
+            no_Q1, no_Q12
         )
     )
-    page(derive("lemma 4.1", "what both add to the third", is_F2).use(no_Q1, no_Q12))
 
 page("""The lemma writes the map as a matrix of Kronecker products, with the entries of
     the moment in a column. At order one it is this matrix. Its eigenvalues stand on the
@@ -129,11 +138,11 @@ page("""The plant's own map is never more stable than `A`. Let `V_A` span the mo
     an eigenvalue, and `c` be its squared modulus. What the moment shows of these modes
     grows at least by `c`. So where the plant's own map is stable, `A` is; with a stable
     `A_e` the map of the mixed moment is stable, too.""")
-modes = page(suppose(A.T * V_A, V_A * M_c))
-turn = page(suppose(M_c * M_c.T, c * Identity(k)))
-root = page(suppose(X, H_X * H_X.T))
+modes = page.suppose(A.T * V_A, V_A * M_c)
+turn = page.suppose(M_c * M_c.T, c * Identity(k))
+root = page.suppose(X, H_X * H_X.T)
 page(
-    derive(
+    letters.derive(
         "lemma 4.1",
         "the moment grows at least as the modes do",
         Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
@@ -146,9 +155,9 @@ page(
 page("""How strong may the noise of the parameters be? Let it be multiplied by `s`, and
     let `Y` be what `X` sums up to through the noise. One step with the stronger noise
     is then one without, of another matrix.""")
-sums = page(steady(Y, A * Y * A.T + A1 * X * A1.T))
+sums = page.steady(Y, A * Y * A.T + A1 * X * A1.T)
 page(
-    derive("", "the noise is scaled", X - A * X * A.T - s**2 * A1 * X * A1.T)
+    letters.derive("", "the noise is scaled", X - A * X * A.T - s**2 * A1 * X * A1.T)
     .fold(sums)
     .by((X - s**2 * Y) - A * (X - s**2 * Y) * A.T)
 )
@@ -157,9 +166,9 @@ page("""The map from `X` to `Y` keeps matrices that are not negative. So its lar
     eigenvalue `rho` has such an eigenvector (Krein and Rutman), and the plant is
     mean-square stable exactly for `s^2 rho < 1`. At the limit the eigenvector is a
     moment that stays as it is.""")
-limit = page(suppose(X, s**2 * Y))
+limit = page.suppose(X, s**2 * Y)
 page(
-    derive("", "the largest noise", A * X * A.T + s**2 * A1 * X * A1.T)
+    letters.derive("", "the largest noise", A * X * A.T + s**2 * A1 * X * A1.T)
     .fold(sums)
     .fold(limit)
 )
@@ -167,9 +176,9 @@ page(
 page("""The same map measures how an iteration converges that takes the noise from the
     last approximation: it takes the error before a step to the error after it.""")
 page(is_V1)
-takes = page(steady(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1))
+takes = page.steady(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1)
 page(
-    derive("", "the error of the next approximation", Q1 - X_k_next)
+    letters.derive("", "the error of the next approximation", Q1 - X_k_next)
     .put(own)
     .put(is_V1)
     .put(takes)

@@ -17,7 +17,9 @@ from matrixproof import (
     ZeroMatrix,
 )
 
-from .letters import *
+from .letters import SOURCE, I, letters, n, r, square
+from .letters.both import P2, Q2
+from .letters.theorem import G, Gam, Ph, Qh, tau
 from .projection import aligned, aligned_dual, one
 from .stationarity import is_tau
 
@@ -75,13 +77,13 @@ def wanted(shown_Q, shown_P):
     """What makes columns and rows a basis in which both hats are diagonal."""
     ones = [Identity(block.shape[0]) for block in shown_Q]
     return (
-        suppose(Psi_inv * Psi, diagonal(*ones), name="they are a basis"),
-        suppose(
+        letters.suppose(Psi_inv * Psi, diagonal(*ones), name="they are a basis"),
+        letters.suppose(
             Psi_inv * Qh * Psi_inv.T,
             diagonal(*shown_Q),
             name="the first hat is diagonal",
         ),
-        suppose(
+        letters.suppose(
             Psi.T * Ph * Psi, diagonal(*shown_P), name="the second hat is diagonal"
         ),
     )
@@ -112,28 +114,28 @@ page("""For matrices that are not negative there is a basis in which both are di
     `F` in a basis in which `F' Ph F` is diagonal. Those with an entry that is not zero
     are `X_1`; the others are `X_2`. A sum of squares vanishes only if every square
     does, so `Ph X_2 = 0`.""")
-hat = page(suppose(Qh, X_1 * X_1.T + X_2 * X_2.T))
-shown_1 = page(suppose(X_1.T * Ph * X_1, Lam_1))
-unseen_2 = page(suppose(Ph * X_2, zero(n, n_2)))
+hat = page.suppose(Qh, X_1 * X_1.T + X_2 * X_2.T)
+shown_1 = page.suppose(X_1.T * Ph * X_1, Lam_1)
+unseen_2 = page.suppose(Ph * X_2, zero(n, n_2))
 
 page("Complete them to a basis, and take from the new columns what is not orthogonal.")
-is_T1 = page(suppose(Lam_1 * T_1, X_1.T * Ph * X_3))
-is_X4 = page(let(X_4, X_3 - X_1 * T_1))
+is_T1 = page.suppose(Lam_1 * T_1, X_1.T * Ph * X_3)
+is_X4 = page.let(X_4, X_3 - X_1 * T_1)
 apart = page(
-    derive("", "the new columns are orthogonal to the first ones", X_1.T * Ph * X_4)
+    letters.derive(
+        "", "the new columns are orthogonal to the first ones", X_1.T * Ph * X_4
+    )
     .use(is_X4)
     .use(shown_1)
     .use(is_T1)
 )
-inverse = page(
-    suppose(
-        BlockMatrix([[Z_1], [Z_2], [Z_3]]) * BlockMatrix([[X_1, X_2, X_3]]),
-        diagonal(*ones),
-        name="the rows of the inverse",
-    )
+inverse = page.suppose(
+    BlockMatrix([[Z_1], [Z_2], [Z_3]]) * BlockMatrix([[X_1, X_2, X_3]]),
+    diagonal(*ones),
+    name="the rows of the inverse",
 )
-turned = page(suppose(W_3.T * X_4.T * Ph * X_4 * W_3, Lam_3))
-orthogonal = page(suppose(W_3.T * W_3, Identity(n_3)))
+turned = page.suppose(W_3.T * X_4.T * Ph * X_4 * W_3, Lam_3)
+orthogonal = page.suppose(W_3.T * W_3, Identity(n_3))
 
 page("Wanted are columns and rows with these three properties.")
 whole = page(*wanted((*ones[:2], none), (Lam_1, still, Lam_3)))
@@ -153,45 +155,49 @@ page(
 
 page("""In such a basis each direction `e_i` gives an eigenprojection of the product of
     the hats, and (3.17) adds up `n_e` of them.""")
-diagonal_Q = page(suppose(Qh, Psi * D_Q * Psi.T, "3.17"))
-diagonal_P = page(suppose(Ph, Psi.I.T * D_P * Psi.I, "3.17"))
-is_pi = page(let(pi_i, Psi * e_i * e_i.T * Psi.I, "section 2"))
-unit = page(suppose(e_i.T * e_i, Identity(1)))
-entry = page(suppose(D_Q * D_P * e_i, delta * e_i))
+diagonal_Q = page.suppose(Qh, Psi * D_Q * Psi.T, "3.17")
+diagonal_P = page.suppose(Ph, Psi.I.T * D_P * Psi.I, "3.17")
+is_pi = page.let(pi_i, Psi * e_i * e_i.T * Psi.I, "section 2")
+unit = page.suppose(e_i.T * e_i, Identity(1))
+entry = page.suppose(D_Q * D_P * e_i, delta * e_i)
 page(
-    derive("section 2", "a direction is a projection", pi_i * pi_i)
+    letters.derive("section 2", "a direction is a projection", pi_i * pi_i)
     .use(is_pi)
     .use(unit)
     .fold(is_pi)
 )
 page(
-    derive("section 2", "a direction is an eigenprojection", Qh * Ph * pi_i)
+    letters.derive("section 2", "a direction is an eigenprojection", Qh * Ph * pi_i)
     .use(diagonal_Q, diagonal_P)
     .use(is_pi)
     .use(entry)
     .fold(is_pi)
 )
-with page.scope(let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
-    rows = page(let(J_e, BlockMatrix([[J_i], [e_i.T]])))
+with page.scope(letters.let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
+    rows = page.let(J_e, BlockMatrix([[J_i], [e_i.T]]))
     page(
-        derive("3.17", "the projection is a sum of eigenprojections", is_sum)
+        letters.derive("3.17", "the projection is a sum of eigenprojections", is_sum)
         .put(rows)
         .fold(is_pi)
     )
 
     page("""A choice of rows takes a diagonal matrix to the entries that are chosen. So
         the projection is aligned with both hats.""")
-    chosen_Q = page(suppose(J_e * D_Q, D_1 * J_e))
-    chosen_P = page(suppose(J_e * D_P, E_1 * J_e))
+    chosen_Q = page.suppose(J_e * D_Q, D_1 * J_e)
+    chosen_P = page.suppose(J_e * D_P, E_1 * J_e)
     aligned_basis_Q = page(
-        derive("3.17", "one basis aligns the projection with the first hat", tau * Qh)
+        letters.derive(
+            "3.17", "one basis aligns the projection with the first hat", tau * Qh
+        )
         .use(is_sum, diagonal_Q)
         .use(chosen_Q)
         .by(Psi * D_Q * J_e.T * J_e * Psi.T, chosen_Q)
         .by(Qh * tau.T, is_sum, diagonal_Q)
     )
     aligned_basis_P = page(
-        derive("3.17", "one basis aligns the projection with the second hat", Ph * tau)
+        letters.derive(
+            "3.17", "one basis aligns the projection with the second hat", Ph * tau
+        )
         .use(is_sum, diagonal_P)
         .use(chosen_P)
         .fold(chosen_P)
@@ -201,28 +207,28 @@ with page.scope(let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
     page("""The factors are columns of the basis and rows of its inverse. `Q_2` and
         `P_2` are the chosen entries, which are positive where the product of the hats
         is not zero.""")
-    chosen = page(suppose(J_e * J_e.T, Identity(r)))
-    is_G = page(let(G, J_e * Psi.T, "3.8"))
-    is_Gam = page(let(Gam, J_e * Psi.I, "3.8"))
-    is_Q2 = page(let(Q2, Gam * Qh * Gam.T))
-    is_P2 = page(let(P2, G * Ph * G.T))
+    chosen = page.suppose(J_e * J_e.T, Identity(r))
+    is_G = page.let(G, J_e * Psi.T, "3.8")
+    is_Gam = page.let(Gam, J_e * Psi.I, "3.8")
+    is_Q2 = page.let(Q2, Gam * Qh * Gam.T)
+    is_P2 = page.let(P2, G * Ph * G.T)
     page(
-        derive("3.8", "the projection from columns of the basis", is_sum).fold(
+        letters.derive("3.8", "the projection from columns of the basis", is_sum).fold(
             is_G, is_Gam
         )
     )
     page(
-        derive("3.9", "columns of a basis are biorthogonal", Gam * G.T)
+        letters.derive("3.9", "columns of a basis are biorthogonal", Gam * G.T)
         .use(is_G, is_Gam)
         .use(chosen)
     )
     page(
-        derive("3.17", "the moment of the estimator in this basis", is_Q2)
+        letters.derive("3.17", "the moment of the estimator in this basis", is_Q2)
         .use(is_Gam, diagonal_Q)
         .use(chosen_Q, chosen)
     )
     page(
-        derive("3.17", "its dual in this basis", is_P2)
+        letters.derive("3.17", "its dual in this basis", is_P2)
         .use(is_G, diagonal_P)
         .use(chosen_P, chosen)
     )
@@ -230,14 +236,14 @@ with page.scope(let(tau, Psi * J_e.T * J_e * Psi.I, "3.17")) as is_sum:
 page("""The alignments in turn give such a basis. They split each hat into two parts,
     one on either side of the projection.""")
 page(is_tau, is_Q2, is_P2)
-is_NM = page(suppose(N * M, I - G.T * Gam))
-below = page(suppose(M * G.T, zero(d, r)))
-beside = page(suppose(Gam * N, zero(r, d)))
-dual_basis = page(suppose(M * N, Identity(d)))
-is_Q3 = page(let(Q_3, M * Qh * M.T))
-is_P3 = page(let(P_3, N.T * Ph * N))
+is_NM = page.suppose(N * M, I - G.T * Gam)
+below = page.suppose(M * G.T, zero(d, r))
+beside = page.suppose(Gam * N, zero(r, d))
+dual_basis = page.suppose(M * N, Identity(d))
+is_Q3 = page.let(Q_3, M * Qh * M.T)
+is_P3 = page.let(P_3, N.T * Ph * N)
 split_Q = page(
-    derive("3.17", "the alignment splits the first hat", Qh)
+    letters.derive("3.17", "the alignment splits the first hat", Qh)
     .insert((tau + N * M) * Qh, is_NM, is_tau)
     .insert((tau + N * M) * Qh * (tau + N * M).T, is_NM, is_tau)
     .by(
@@ -250,7 +256,7 @@ split_Q = page(
     .fold(is_Q2)
 )
 split_P = page(
-    derive("3.17", "the alignment splits the second hat", Ph)
+    letters.derive("3.17", "the alignment splits the second hat", Ph)
     .insert((tau + N * M).T * Ph * (tau + N * M), is_NM, is_tau)
     .by(
         tau.T * Ph * tau + M.T * P_3 * M + Ph * tau * N * M + M.T * N.T * tau.T * Ph,
@@ -264,17 +270,15 @@ split_P = page(
 
 page("""Each pair of parts has a basis of its own. Both together are a basis for the
     hats.""")
-part_Q2 = page(suppose(Q2, X_r * D_1 * X_r.T))
-part_P2 = page(suppose(P2, X_r.I.T * E_1 * X_r.I))
-part_Q3 = page(suppose(Q_3, Y_d * D_2 * Y_d.T))
-part_P3 = page(suppose(P_3, Y_d.I.T * E_2 * Y_d.I))
+part_Q2 = page.suppose(Q2, X_r * D_1 * X_r.T)
+part_P2 = page.suppose(P2, X_r.I.T * E_1 * X_r.I)
+part_Q3 = page.suppose(Q_3, Y_d * D_2 * Y_d.T)
+part_P3 = page.suppose(P_3, Y_d.I.T * E_2 * Y_d.I)
 joined = page(*wanted((D_1, D_2), (E_1, E_2)))
-both_tau = page(
-    suppose(
-        Psi_inv * tau * Psi,
-        diagonal(Identity(r), zero(d, d)),
-        name="the projection chooses the first part",
-    )
+both_tau = page.suppose(
+    Psi_inv * tau * Psi,
+    diagonal(Identity(r), zero(d, d)),
+    name="the projection chooses the first part",
 )
 page(
     Construction(

@@ -21,7 +21,10 @@ from matrixproof import (
 from .augmented import is_xe_next
 from .cost import is_e, is_ye
 from .equations import regression
-from .letters import *
+from .letters import SOURCE, l, letters, n, q, r
+from .letters.estimator import Ae, Be, Ce, De, xe, xe_next
+from .letters.plant import A, C, L, x, y
+from .letters.theorem import G, Gam, Kq, Ph, Qh, tau, xh
 from .projection import aligned, aligned_dual, one
 from .sensitivity import silent
 from .stationarity import gain_Ae, is_Ae, is_Be, is_Ce, is_tau
@@ -48,12 +51,12 @@ page = Page(letters=letters, source=SOURCE)
 page("""Lemma 3.1 takes a projection apart. A matrix of rank `n_e` is a product of two
     factors of full rank, and these have one-sided inverses. If the matrix is
     idempotent, the factors are biorthogonal.""")
-with page.scope(let(tau, U * Z, "3.8")) as is_UZ:
-    from_left = page(suppose(U_left * U, one_state))
-    from_right = page(suppose(Z * Z_right, one_state))
-    squared = page(suppose(tau * tau, tau, "3.6"))
+with page.scope(letters.let(tau, U * Z, "3.8")) as is_UZ:
+    from_left = page.suppose(U_left * U, one_state)
+    from_right = page.suppose(Z * Z_right, one_state)
+    squared = page.suppose(tau * tau, tau, "3.6")
     page(
-        derive("3.9", "factors of full rank are biorthogonal", Z * U)
+        letters.derive("3.9", "factors of full rank are biorthogonal", Z * U)
         .insert(U_left * U * Z * U * Z * Z_right, from_left, from_right)
         .fold(is_UZ)
         .use(squared)
@@ -65,23 +68,23 @@ page("""So `G = U'` and `Gamma = Z` will do. That (3.8) and (3.9) give (3.6) and
     is in the section on the projection. Two pairs of factors differ by a change of
     basis, which the two pairs make.""")
 page(is_tau)
-is_tau_1 = page(suppose(tau, G_1.T * Gam_1, "3.8"))
-one_1 = page(suppose(Gam_1 * G_1.T, one_state, "3.9"))
-is_S_G = page(let(S, Gam_1 * G.T))
+is_tau_1 = page.suppose(tau, G_1.T * Gam_1, "3.8")
+one_1 = page.suppose(Gam_1 * G_1.T, one_state, "3.9")
+is_S_G = page.let(S, Gam_1 * G.T)
 same_Gam = page(
-    derive("3.8", "one factor in another basis", Gam_1)
+    letters.derive("3.8", "one factor in another basis", Gam_1)
     .insert(Gam_1 * tau, is_tau_1, one_1)
     .put(is_tau)
     .fold(is_S_G)
 )
 page(
-    derive("3.8", "the other factor in another basis", G.T)
+    letters.derive("3.8", "the other factor in another basis", G.T)
     .insert(tau * G.T, is_tau, one)
     .put(is_tau_1)
     .fold(is_S_G)
 )
 page(
-    derive("3.9", "the change of basis has an inverse", S * Gam * G_1.T)
+    letters.derive("3.9", "the change of basis has an inverse", S * Gam * G_1.T)
     .fold(same_Gam)
     .use(one_1)
 )
@@ -111,25 +114,29 @@ page("""Remark 3.3: an estimator without feedthrough has `D_e = 0`. The gradient
     error covariance has one term.""")
 page(silent)
 page(
-    derive("remark 3.3", "the least error without feedthrough", regression).use(silent)
+    letters.derive("remark 3.3", "the least error without feedthrough", regression).use(
+        silent
+    )
 )
 
 page("""Remark 3.4: another basis of the estimator's state changes its matrices, and
     nothing that is seen of it.""")
 page(is_xe_next, is_ye, is_e)
-is_xe_1 = page(let(xe_1, S * xe, "remark 3.4"))
-is_xe_1_next = page(let(xe_1_next, S * xe_next, "remark 3.4"))
-is_Ae_1 = page(let(Ae_1, S * Ae * S.I, "remark 3.4"))
-is_Be_1 = page(let(Be_1, S * Be, "remark 3.4"))
-is_Ce_1 = page(let(Ce_1, Ce * S.I, "remark 3.4"))
+is_xe_1 = page.let(xe_1, S * xe, "remark 3.4")
+is_xe_1_next = page.let(xe_1_next, S * xe_next, "remark 3.4")
+is_Ae_1 = page.let(Ae_1, S * Ae * S.I, "remark 3.4")
+is_Be_1 = page.let(Be_1, S * Be, "remark 3.4")
+is_Ce_1 = page.let(Ce_1, Ce * S.I, "remark 3.4")
 page(
-    derive("remark 3.4", "the estimator in another basis", is_xe_1_next)
+    letters.derive("remark 3.4", "the estimator in another basis", is_xe_1_next)
     .use(is_xe_next)
     .by(Ae_1 * S * xe + Be_1 * y, is_Ae_1, is_Be_1)
     .fold(is_xe_1)
 )
 page(
-    derive("remark 3.4", "its error is the same", L * x - (Ce_1 * xe_1 + De * y))
+    letters.derive(
+        "remark 3.4", "its error is the same", L * x - (Ce_1 * xe_1 + De * y)
+    )
     .use(is_Ce_1, is_xe_1)
     .fold(is_ye)
     .fold(is_e)
@@ -138,25 +145,25 @@ page(
 page("""So the cost is the same. The matrices are those of other factors of the same
     projection.""")
 page(is_Be, is_Ce)
-is_G_1 = page(suppose(G_1.T, G.T * S.I, "remark 3.4"))
-is_Gam_1 = page(suppose(Gam_1, S * Gam, "remark 3.4"))
+is_G_1 = page.suppose(G_1.T, G.T * S.I, "remark 3.4")
+is_Gam_1 = page.suppose(Gam_1, S * Gam, "remark 3.4")
 page(
-    derive("remark 3.4", "the projection is the same", G_1.T * Gam_1)
+    letters.derive("remark 3.4", "the projection is the same", G_1.T * Gam_1)
     .use(is_G_1, is_Gam_1)
     .fold(is_tau)
 )
 page(
-    derive("remark 3.4", "its own matrix by the other factors", is_Ae_1)
+    letters.derive("remark 3.4", "its own matrix by the other factors", is_Ae_1)
     .put(gain_Ae)
     .fold(is_Gam_1, is_G_1)
 )
 page(
-    derive("remark 3.4", "its input matrix by the other factors", Be_1)
+    letters.derive("remark 3.4", "its input matrix by the other factors", Be_1)
     .put(is_Be_1, is_Be)
     .fold(is_Gam_1)
 )
 page(
-    derive("remark 3.4", "its output matrix by the other factors", Ce_1)
+    letters.derive("remark 3.4", "its output matrix by the other factors", Ce_1)
     .put(is_Ce_1, is_Ce)
     .fold(is_G_1)
     .factor()
@@ -166,27 +173,27 @@ page("""Remark 3.5: the best estimator is an observer of `Gamma x`, which correc
     itself by the innovation.""")
 page(is_Ae)
 observer = page(
-    derive("3.19", "the estimator as an observer", is_xe_next)
+    letters.derive("3.19", "the estimator as an observer", is_xe_next)
     .put(is_Ae, is_Be)
     .by(Gam * A * G.T * xe + Gam * Kq * (y - C * G.T * xe))
 )
 
 page("Lifted by `G'`, it is a filter of full order seen through the projection.")
-is_xh = page(let(xh, G.T * xe, "remark 3.5"))
-is_xh_next = page(let(xh_next, G.T * xe_next, "remark 3.5"))
+is_xh = page.let(xh, G.T * xe, "remark 3.5")
+is_xh_next = page.let(xh_next, G.T * xe_next, "remark 3.5")
 page(
-    derive("3.20", "the estimator at full order", is_xh_next)
+    letters.derive("3.20", "the estimator at full order", is_xh_next)
     .put(observer)
     .by(tau * A * xh + tau * Kq * (y - C * xh), is_tau, is_xh)
 )
 page(
-    derive("3.20", "the projection leaves the estimate as it is", tau * xh)
+    letters.derive("3.20", "the projection leaves the estimate as it is", tau * xh)
     .put(is_tau, is_xh)
     .use(one)
     .fold(is_xh)
 )
 page(
-    derive("3.20", "the state of the estimator from the estimate", Gam * xh)
+    letters.derive("3.20", "the state of the estimator from the estimate", Gam * xh)
     .put(is_xh)
     .use(one)
 )

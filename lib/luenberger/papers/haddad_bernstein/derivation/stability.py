@@ -29,7 +29,11 @@ from .augmented import (
 from .cost import duals, is_M2
 from .equations import is_root as is_root_Qt
 from .equations import is_root_R, is_root_V
-from .letters import *
+from .letters import l, letters, n, r
+from .letters.both import P2, Q2, Q12, At, Bt, Qt, W, Wt, both
+from .letters.estimator import Ae, Be, Ce
+from .letters.plant import A, C
+from .letters.theorem import G, Gam
 from .mean_square import M_c, c, k, turn
 from .stationarity import is_Ae, is_Q12, is_Qe, next_split, split
 
@@ -42,7 +46,7 @@ W_r = letters("H_W", n + l, n + l, "a root of `W`")
 
 def grown(says, X, F, V, by):
     """What a matrix shows of modes, less what it shows of them one step on."""
-    shown = derive("", says, Trace(V.T * (X - F * X * F.T) * V))
+    shown = letters.derive("", says, Trace(V.T * (X - F * X * F.T) * V))
     return shown.use(by).use(turn)
 
 
@@ -54,11 +58,11 @@ page = Page(letters=letters, source="our own", witness={Ce: [1, 0], **MODES})
 page("""Let `V_e` span the real modes of an eigenvalue of `A_e`, and `c` be its squared
     modulus. The dual of the estimator's moment is driven by what its output shows.""")
 page(turn, is_Ae)
-own = page(suppose(Ae * V_e, V_e * M_c))
+own = page.suppose(Ae * V_e, V_e * M_c)
 page(is_M2, is_root_R)
 loses = page(grown("what the dual shows of the modes", P2, Ae.T, V_e, own))
 page(
-    derive(
+    letters.derive(
         "4.7",
         "the estimator's modes lie in the closed disk",
         (1 - c) * Trace(V_e.T * P2 * V_e),
@@ -74,15 +78,15 @@ page("""So `c` is at most 1, because `P_2` is definite. Where it is 1, the squar
 
 page("""Before a measurement corrects it, the estimator moves by `Phi`. The moments are
     driven by the innovation alone.""")
-is_Phi = page(let(Phi, Gam * A * G.T))
+is_Phi = page.let(Phi, Gam * A * G.T)
 page(is_Q12, is_Qe, is_N2, is_N12)
 corrected = page(
-    derive("3.10'", "the estimator before its correction", Phi - Be * C * G.T)
+    letters.derive("3.10'", "the estimator before its correction", Phi - Be * C * G.T)
     .put(is_Phi)
     .fold(is_Ae)
 )
 inner = page(
-    derive("4.6", "the moment of the estimator by the innovation", Q2)
+    letters.derive("4.6", "the moment of the estimator by the innovation", Q2)
     .put(moments)
     .put(is_N2)
     .use(is_Q12)
@@ -90,7 +94,7 @@ inner = page(
     .use(split, is_Qe)
 )
 mixed = page(
-    derive("4.6", "the mixed moment by the innovation", Q12)
+    letters.derive("4.6", "the mixed moment by the innovation", Q12)
     .put(moments)
     .put(is_N12)
     .fold(corrected)
@@ -100,10 +104,10 @@ mixed = page(
 
 page("So the modes of `Phi` lie in the closed disk as well.")
 page(is_root_V)
-turned = page(suppose(Phi.T * V_e, V_e * M_c))
+turned = page.suppose(Phi.T * V_e, V_e * M_c)
 shows = page(grown("what the moment shows of the modes", Q2, Phi, V_e, turned))
 page(
-    derive(
+    letters.derive(
         "4.6",
         "the modes before the correction lie in the closed disk",
         (1 - c) * Trace(V_e.T * Q2 * V_e),
@@ -116,9 +120,11 @@ page(
 page("""Where `c` is 1, the square is zero: `B_e' V_e = 0`. Then `G' Q_2 V_e` spans
     modes of the plant. The plant is stable and has none of modulus one, so `Phi` has
     none.""")
-unmoved = page(suppose(Be.T * V_e, ZeroMatrix(l, k)))
+unmoved = page.suppose(Be.T * V_e, ZeroMatrix(l, k))
 page(
-    derive("", "modes before the correction are modes of the plant", G.T * Q2 * V_e)
+    letters.derive(
+        "", "modes before the correction are modes of the plant", G.T * Q2 * V_e
+    )
     .fold(is_Q12)
     .put(mixed)
     .use(unmoved, turned)
@@ -128,14 +134,16 @@ page("""The estimator is stable also if the joint covariance of the noises is de
     whether it is observable or not. Let `V_w` span modes of plant and estimator
     together. What the moment shows of them is driven by the noises.""")
 page(is_At, is_Bt, is_W, is_Wt, is_root_Qt)
-is_root_W = page(suppose(W, W_r * W_r.T))
+is_root_W = page.suppose(W, W_r * W_r.T)
 page(is_steady)
-joint = page(suppose(At.T * V_w, V_w * M_c))
+joint = page.suppose(At.T * V_w, V_w * M_c)
 whole = page(grown("what the moment of both shows of the modes", Qt, At, V_w, joint))
 says = "the covariance of the additive noise from that of the noises"
-reached = page(derive("section 2", says, Wt).by(Bt * W * Bt.T, is_Wt, is_Bt, is_W))
+reached = page(
+    letters.derive("section 2", says, Wt).by(Bt * W * Bt.T, is_Wt, is_Bt, is_W)
+)
 page(
-    derive(
+    letters.derive(
         "4.4",
         "the modes of both lie in the closed disk",
         (1 - c) * Trace(V_w.T * Qt * V_w),
@@ -150,9 +158,9 @@ page(
 
 page("""Where `c` is 1, both squares are zero, and with `W` definite `B_tilde' V_w = 0`.
     By blocks this is `V_x = 0` and `B_e' V_e = 0`.""")
-by_rows = page(suppose(V_w, BlockMatrix([[V_x], [V_e]])))
+by_rows = page.suppose(V_w, BlockMatrix([[V_x], [V_e]]))
 page(
-    derive("section 2", "how the noises reach the modes", Bt.T * V_w).multiply(
+    letters.derive("section 2", "how the noises reach the modes", Bt.T * V_w).multiply(
         is_Bt, by_rows
     )
 )
@@ -160,16 +168,18 @@ page(
 page("""A mode of `A_e'` of modulus one has such a `V_w`, because `A` has no mode in
     common with it. So it is not corrected, and it would be one of `Phi'`, which has
     none.""")
-seen = page(suppose(Ae.T * V_e, V_e * M_c))
-solved = page(suppose(A.T * V_x + C.T * Be.T * V_e, V_x * M_c))
+seen = page.suppose(Ae.T * V_e, V_e * M_c)
+solved = page.suppose(A.T * V_x + C.T * Be.T * V_e, V_x * M_c)
 page(
-    derive("section 2", "the modes of both from those of the estimator", At.T * V_w)
+    letters.derive(
+        "section 2", "the modes of both from those of the estimator", At.T * V_w
+    )
     .multiply(is_At, by_rows)
     .use(solved, seen)
     .by(V_w * M_c, by_rows)
 )
 page(
-    derive("3.10'", "a mode that is not corrected", Phi.T * V_e)
+    letters.derive("3.10'", "a mode that is not corrected", Phi.T * V_e)
     .use(corrected)
     .use(unmoved)
     .use(seen)

@@ -1,7 +1,5 @@
 """The equations of Hsia (1974) in SymPy, in reading order.
 
-`letters`
-    The letters of Hsia (1974): of the laws, and of the plant between two samples.
 `laws`
     Adaptive sampling: every law of Table II is the minimum of a cost per period.
 `loop`

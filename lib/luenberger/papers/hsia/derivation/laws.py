@@ -12,9 +12,30 @@ from functools import cache
 
 import sympy as sp
 
-from matrixproof import Explicit, Page, Positive
+from matrixproof import Explicit, Notation, Page, Positive
 
-from .letters import *
+SOURCE = "Hsia (1974)"
+periods = Notation()
+T = periods.scalar("T", "period: the time to the next sample", positive=True)
+J, h = (sp.Function(name)(T) for name in "Jh")  # cost of a period, saving per second
+T_max = periods.scalar("T_max", "the longest period", positive=True)
+rho = periods.scalar("rho", "rate of the error, without its sign", positive=True)
+alpha = periods.scalar("alpha", "coefficient of laws 1 and 2", positive=True)
+C = periods.scalar("C", "coefficient of law 3", positive=True)
+K = periods.scalar("K", "coefficient of law 4", positive=True)
+lam = periods.scalar("lambda", "price of a sample", positive=True)
+g = periods.scalar("g", "what accuracy costs: `rho^a`", positive=True)
+a = periods.scalar("a", "power of the rate", positive=True)
+b = periods.scalar("b", "how fast the saving falls", real=True, nonzero=True)
+s = periods.scalar("s", "the saving in the longest period is `(1 - s)/b`", real=True)
+k = periods.scalar("k", "weight of a period, a power", nonnegative=True)
+q = periods.scalar("q", "`s + b g/lambda`, where it is positive", positive=True)
+c = periods.scalar("c", "a period is `c` times that of the law", positive=True)
+beta = periods.scalar("beta", "size of `b`", positive=True)
+sigma = periods.scalar("sigma", "size of it, where it is not", nonnegative=True)
+T_s = periods.scalar("T_s", "the period of a law", positive=True)
+kappa = periods.scalar("kappa", "how steep the cost is beside it", positive=True)
+
 
 COSTS = {
     # error reached, squared, + (departure from the longest period)^2

@@ -8,9 +8,22 @@ Source: Hsia (1974), (17).
 
 import sympy as sp
 
-from matrixproof import Explicit, Identity, Page
+from matrixproof import Explicit, Identity, Notation, Page, ZeroMatrix
 
-from .letters import *
+n, m = sp.symbols("n m", integer=True, positive=True)
+t, S = sp.Symbol("t", nonnegative=True), sp.Symbol("s")
+letters = Notation()
+A = letters("A", n, n, "moves the state")
+x = letters("x", n, 1, "state of the loop that is closed all the time")
+B = letters("B", n, m, "what the input does to it")
+C_p = letters("C", m, n, "what is measured")
+G = letters("G", m, m, "the transfer function, at the frequency `s`")
+x_0 = letters("x_0", n, 1, "where it starts")
+x_dot = letters("x_next", n, 1, "its rate")
+y_star = letters("y*", m, 1, "output of that loop")
+step = letters("r", m, 1, "the reference, a step")
+jump = letters("j", m, m, "by how much the rate of the output jumps with the input")
+
 
 # -- the plant and its response -------------------------------------------------------
 
@@ -38,7 +51,7 @@ def of_plant(*wanted):
 # -- the page -------------------------------------------------------------------------
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (17)")
+page = Page(letters=letters, source="Hsia (1974), (17)")
 
 page("The plant has two integrators and a zero: a position and a velocity.")
 page(

@@ -22,7 +22,52 @@ from matrixproof import (
 )
 
 from .form import over_patterns, picks
-from .letters import *
+from .letters import (
+    SOURCE,
+    Identity,
+    Phi,
+    ZeroMatrix,
+    letters,
+    m,
+    n,
+    p_i,
+    q,
+    r_c,
+    r_h,
+    r_n,
+)
+
+letters = letters.here()
+Pi = letters("Pi", n, n, "sorts the entries of `w` by level, the highest first")
+A_U = letters("A_U", n, n, "`Phi` in these coordinates: a staircase")
+C_U = letters("C_U", m, n, "`H` in these coordinates: only the last columns")
+T_U = letters("T_U", n - m, n, "what the observer tracks in them: a unit triangle")
+S_U = letters("S_U", n, n, "`T_U` above `C_U`")
+F = letters("F", n - m, n - m, "moves the observer's state")
+F_l = letters("F_l", n - m, n - m, "`F` to the power `l`")
+D = letters("D", n - m, m, "what the measurement does to it")
+S_i = letters("S_i", p_i, n - m, "picks a row block")
+S_h = letters("S_h", r_h, n - m, "picks the row block above it")
+T_i = letters("T_i", p_i, n, "that row block of `T_U`")
+T_h = letters("T_h", r_h, n, "the row block above it")
+D_i = letters("D_i", p_i, m, "that row block of `D`")
+A_i = letters("A_i", p_i, r_h, "the stair to the left of the diagonal in these rows")
+N_c = letters("N_c", n, r_c, "picks a column block")
+N_n = letters("N_n", n, r_n, "picks the column block after it")
+N_m = letters("N_m", n, m, "picks the last column block")
+K_c = letters("K_c", n, q, "picks the columns up to that block")
+A_c = letters("A_c", q, r_c, "the column block of `A_U`, down to the diagonal")
+A_m = letters("A_m", n, m, "its last column block")
+S_c = letters("S_c", r_n, r_c, "the stair below the diagonal")
+J_c = letters("J_c", r_c, r_n, "a left inverse of it")
+T_c = letters("T_c", p_i, q, "the entries of the row block up to there")
+T_n = letters("T_n", p_i, r_n, "the entries that come next")
+T_hc = letters("T_h_c", r_h, r_c, "the row block above, in the column block")
+T_hm = letters("T_h_m", r_h, m, "the row block above, in the last column block")
+x_i = letters("x_i", 1, n + m - 1, "the entries of one row: of `F`, of `T_U`, of `D`")
+M_i = letters("M_i", n + m - 1, n, "the matrix of Van Dooren's (18)")
+a_f = letters("a_f", 1, n, "the row of `A_U`")
+
 
 # -- explicit patterns ----------------------------------------------------------------
 
@@ -115,10 +160,10 @@ page("""The observer is found block by block; `S_i` picks one row block of it, a
     the one above. `F` is chosen as the part of `A_U` below the diagonal: in these rows
     it has the stair `A_i` alone, in the columns of the block above. The first row block
     has none above it, and no part in `F`.""")
-is_T_i = page(suppose(S_i * T_U, T_i))
-is_T_h = page(suppose(S_h * T_U, T_h))
-is_D_i = page(suppose(S_i * D, D_i))
-below = page(suppose(S_i * F, A_i * S_h))
+is_T_i = page.suppose(S_i * T_U, T_i)
+is_T_h = page.suppose(S_h * T_U, T_h)
+is_D_i = page.suppose(S_i * D, D_i)
+below = page.suppose(S_i * F, A_i * S_h)
 page(
     letters.derive(
         "VD 4, 10",
@@ -133,11 +178,11 @@ page(
 page("""Take it column block by column block. A column block of `A_U` has entries down
     to the diagonal, and below it one stair. So it meets the entries of the row block
     that are known, and those that come next.""")
-reaches = page(suppose(A_U * N_c, K_c * A_c + N_n * S_c))
-unseen = page(suppose(C_U * N_c, ZeroMatrix(m, r_c)))
-is_T_c = page(suppose(T_i * K_c, T_c))
-is_T_n = page(suppose(T_i * N_n, T_n))
-is_T_hc = page(suppose(T_h * N_c, T_hc))
+reaches = page.suppose(A_U * N_c, K_c * A_c + N_n * S_c)
+unseen = page.suppose(C_U * N_c, ZeroMatrix(m, r_c))
+is_T_c = page.suppose(T_i * K_c, T_c)
+is_T_n = page.suppose(T_i * N_n, T_n)
+is_T_hc = page.suppose(T_h * N_c, T_hc)
 page(
     letters.derive("VD 10", "one column block of it", row_block * N_c)
     .expand()
@@ -147,8 +192,8 @@ page(
 
 page("""The columns of a stair are independent, so it has a left inverse. That gives
     what comes next; with a stair of ones it is a matter of picking rows.""")
-wanted = page(suppose(T_c * A_c + T_n * S_c, A_i * T_hc))
-inverse = page(suppose(J_c * S_c, Identity(r_c)))
+wanted = page.suppose(T_c * A_c + T_n * S_c, A_i * T_hc)
+inverse = page.suppose(J_c * S_c, Identity(r_c))
 page(
     Construction(
         "VD 10",
@@ -160,12 +205,12 @@ page(
 )
 
 page("The library takes these entries.")
-is_next = page(suppose(T_n, (A_i * T_hc - T_c * A_c) * J_c, "VD 10"))
+is_next = page.suppose(T_n, (A_i * T_hc - T_c * A_c) * J_c, "VD 10")
 
 page("The last column block, the one that is measured, says what `D` is.")
-is_A_m = page(suppose(A_U * N_m, A_m))
-is_T_hm = page(suppose(T_h * N_m, T_hm))
-measured = page(suppose(C_U * N_m, Identity(m)))
+is_A_m = page.suppose(A_U * N_m, A_m)
+is_T_hm = page.suppose(T_h * N_m, T_hm)
+measured = page.suppose(C_U * N_m, Identity(m))
 page(
     letters.derive("VD 10", "the column block that is measured", row_block * N_m)
     .expand()
@@ -173,7 +218,7 @@ page(
 )
 
 page("This block of the equation is to hold, too.")
-holds = page(suppose(row_block * N_m, ZeroMatrix(p_i, m), "VD 10"))
+holds = page.suppose(row_block * N_m, ZeroMatrix(p_i, m), "VD 10")
 gain = page(
     letters.derive("VD 10", "the gain of the measurement", D_i).by(
         T_i * A_m - A_i * T_hm, holds, is_A_m, is_T_hm, measured
@@ -247,7 +292,7 @@ page("""That all poles are zero only says that `F` vanishes after `n - m` steps.
     above, the next power is zero in this one. By induction over the `p_M - 1` blocks,
     `F` is zero after as many steps. So the
     observer is exact from sample number `p_M` on, whatever it began with.""")
-gone = page(suppose(S_h * F_l, ZeroMatrix(r_h, n - m)))
+gone = page.suppose(S_h * F_l, ZeroMatrix(r_h, n - m))
 page(
     letters.derive("", "one more power and one more block", S_i * F * F_l)
     .use(below)

@@ -11,7 +11,77 @@ import sympy as sp
 
 from matrixproof import BlockMatrix, Explicit, Page
 
-from .letters import *
+from .letters import (
+    E_0,
+    SOURCE,
+    E_n,
+    G,
+    H,
+    Identity,
+    P,
+    Phi,
+    Phi_l,
+    ZeroMatrix,
+    e_i,
+    e_v,
+    letters,
+    m,
+    n,
+    p_i,
+    p_j,
+    q,
+    r,
+    s,
+    u,
+    v_h,
+    v_i,
+    w,
+    x,
+    y,
+)
+
+letters = letters.here()
+A = letters("A", n, n, "moves the state")
+B = letters("B", n, r, "what the input does to the state")
+C = letters("C", m, n, "what is measured; its rows are independent")
+x_next = letters("x_next", n, 1, "state one sample on")
+C_i = letters("C_i", 1, n, "row `i` of `C`")
+C_1 = letters("C_1", 1, n, "its first row")
+C_2 = letters("C_2", 1, n, "its second row")
+c_k = letters("c", 1, n, "the row `C_i A^k`")
+c_next = letters("c_next", 1, n, "the row after it in the table, that row times `A`")
+R = letters("R", s, n, "the rows that come before it in the order of the search")
+R_next = letters("R_next", s, n, "the rows that come before the next one")
+a = letters("a", 1, s, "coefficients of a combination of them")
+M = letters("M", s, s, "says which of them is which")
+P_r = letters("P_r", n, n, "rows of the table, taken row by row")
+P_q = letters("P_q", q, n, "the rows of the table that are kept")
+X_q = letters("X_q", n, q, "a right inverse of them")
+K_R = letters("K_R", s, q, "says which combinations of them the rows of `R` are")
+J = letters("J", n, s, "a left inverse of the whole table")
+E_h = letters("E_h", v_h, n, "picks the blocks before block `i`, if there are any")
+E_i = letters("E_i", p_i, n, "picks block `i`")
+E_to = letters("E_to", v_i, n, "picks the blocks up to block `i`")
+E_p = letters("E_p", m, n, "picks the last entry of each block")
+A_p = letters("A_p", m, s, "says which combinations of the table the next rows are")
+K_P = letters("K_P", s, n, "says which combinations of `P` the rows of the table are")
+phi = letters("phi", m, n, "what the last rows times `A` are of all rows")
+alpha = letters("alpha", m, n, "with one output, the coefficients of the polynomial")
+Z = letters("Z", n, n, "ones above the diagonal, but for the last row of each block")
+phi_i = letters("phi_i", 1, n, "row `i` of `phi`")
+E_j = letters("E_j", p_j, n, "picks block `j`")
+E_o = letters("E_o", n - p_j, n, "picks the other blocks")
+phi_ij = letters("phi_ij", 1, p_j, "the entries of `phi_i` in block `j`")
+phi_o = letters("phi_o", 1, n - p_j, "its other entries")
+P_j = letters("P_j", p_j, n, "block `j` of `P`")
+P_o = letters("P_o", n - p_j, n, "its other blocks")
+w_next = letters("w_next", n, 1, "the same one sample on")
+A_l = letters("A_l", n, n, "`A` to the power `l`")
+p = letters("p", m, 1, "the indices `p_i`, one below the other")
+v = letters("v", m, 1, "where the blocks end: `v_i = p_1 + ... + p_i`")
+count = letters("k", n, 1, "the numbers from 1 to `n`")
+ones = letters("j", m, 1, "a column of ones")
+
 
 PATTERNS = ((3, 1), (2, 1), (2, 2), (2, 2, 1))
 
@@ -108,17 +178,17 @@ found_by_level = BlockMatrix([[C_1], [C_2], [C_2 * A]])
 page = Page(letters=letters, source=f"{SOURCE}, (1)-(14), (19)", witness=example())
 
 page("The plant, in discrete time, and the rows of what it measures.")
-is_x = page(let(x_next, A * x + B * u, "1"))
-is_y = page(let(y, C * x, "2"))
-is_C_i = page(let(C_i, e_i * C, "4"))
+is_x = page.let(x_next, A * x + B * u, "1")
+is_y = page.let(y, C * x, "2")
+is_C_i = page.let(C_i, e_i * C, "4")
 
 page("""Coordinates are rows `C_i A^k`, searched in the order `C_1` to `C_m`, then those
     times `A`, and so on. A row is kept if it is independent of the rows before it. If
     it is not, no later row of that output is either, because `A` takes the rows before
     it to rows before the next one.""")
-depends = page(let(c_k, a * R, "5"))
-next_row = page(let(c_next, c_k * A, "5"))
-before = page(suppose(R * A, M * R_next, "5"))
+depends = page.let(c_k, a * R, "5")
+next_row = page.let(c_next, c_k * A, "5")
+before = page.suppose(R * A, M * R_next, "5")
 page(
     letters.derive("5", "behind a row that depends all rows depend", c_next)
     .put(next_row, depends)
@@ -128,7 +198,7 @@ page(
 page("""By induction, all rows that have been looked at are combinations of those that
     are kept. So is a row that depends on them, and a row that is kept is one of
     those.""")
-with page.scope(suppose(R, K_R * P_q, "6")) as so_far:
+with page.scope(letters.suppose(R, K_R * P_q, "6")) as so_far:
     page(
         letters.derive(
             "6", "a row that depends is a combination of what is kept", c_k
@@ -138,9 +208,9 @@ with page.scope(suppose(R, K_R * P_q, "6")) as so_far:
 page("""At the end `R` is the whole table. Observability gives it a left inverse, and
     independence gives one to the right of the rows that are kept. They are `n` rows.
     """)
-table = page(suppose(R, K_R * P_q, "6"))
-observable = page(suppose(J * R, I, "3"))
-independent = page(suppose(P_q * X_q, Identity(q), "5"))
+table = page.suppose(R, K_R * P_q, "6")
+observable = page.suppose(J * R, I, "3")
+independent = page.suppose(P_q * X_q, Identity(q), "5")
 spans = page(
     letters.derive("6", "the rows that are kept span", I)
     .insert(J * R, observable)
@@ -192,10 +262,10 @@ page("""Sorted by output the rows that are kept are `P`, which has an inverse. I
     block for each output. `A` takes each row that is not the last of its block to the
     next: in the table it is the next power. What follows a last row depends, on rows
     of the table, which are combinations of `P`.""")
-goes_on = page(suppose(E_0 * P * A, E_n * P, "6"))
-follows = page(suppose(E_p * P * A, A_p * R, "5"))
-in_P = page(suppose(R, K_P * P, "6"))
-is_phi = page(let(phi, A_p * K_P, "11"))
+goes_on = page.suppose(E_0 * P * A, E_n * P, "6")
+follows = page.suppose(E_p * P * A, A_p * R, "5")
+in_P = page.suppose(R, K_P * P, "6")
+is_phi = page.let(phi, A_p * K_P, "11")
 ends = page(
     letters.derive("11", "the last rows one step on", E_p * P * A)
     .use(follows)
@@ -206,10 +276,10 @@ ends = page(
 page("""Each row is in one block. By induction over the blocks, block `i` ends where the
     blocks before it end and `p_i` rows further. So the last one ends at the sum of all
     indices, which is `n`.""")
-split = page(suppose(E_to.T * E_to, E_h.T * E_h + E_i.T * E_i, "6"))
-size_to = page(suppose(E_to * E_to.T, Identity(v_i), "6"))
-size_h = page(suppose(E_h * E_h.T, Identity(v_h), "6"))
-size_i = page(suppose(E_i * E_i.T, Identity(p_i), "6"))
+split = page.suppose(E_to.T * E_to, E_h.T * E_h + E_i.T * E_i, "6")
+size_to = page.suppose(E_to * E_to.T, Identity(v_i), "6")
+size_h = page.suppose(E_h * E_h.T, Identity(v_h), "6")
+size_i = page.suppose(E_i * E_i.T, Identity(p_i), "6")
 page(
     letters.derive("7, 19", "the indices add up", v_i)
     .insert(sp.Trace(E_to * E_to.T), size_to)
@@ -220,9 +290,9 @@ page(
 
 page("""The new coordinates are `w = P x`. The matrix `Phi` that moves them has ones
     that take each row to the next, and the combinations `phi` in the last rows.""")
-is_Z = page(let(Z, E_0.T * E_n, "11"))
-is_Phi = page(let(Phi, Z + E_p.T * phi, "11"))
-whole = page(suppose(E_0.T * E_0 + E_p.T * E_p, I, "6"))
+is_Z = page.let(Z, E_0.T * E_n, "11")
+is_Phi = page.let(Phi, Z + E_p.T * phi, "11")
+whole = page.suppose(E_0.T * E_0 + E_p.T * E_p, I, "6")
 turned = page(
     letters.derive("11", "the rows that are kept one step on", P * A)
     .insert((E_0.T * E_0 + E_p.T * E_p) * P * A, whole)
@@ -233,9 +303,9 @@ turned = page(
 page(letters.derive("11", "what moves the new coordinates", P * A * P.I).use(turned))
 
 page("So a row of `Phi` is a row of the identity, or it is one of the combinations.")
-alone = page(suppose(E_0 * E_0.T, Identity(n - m), "6"))
-alone_too = page(suppose(E_p * E_p.T, Identity(m), "6"))
-apart = page(suppose(E_0 * E_p.T, ZeroMatrix(n - m, m), "6"))
+alone = page.suppose(E_0 * E_0.T, Identity(n - m), "6")
+alone_too = page.suppose(E_p * E_p.T, Identity(m), "6")
+apart = page.suppose(E_0 * E_p.T, ZeroMatrix(n - m, m), "6")
 shifts = page(
     letters.derive("11", "a row of a block that is not its last", E_0 * Phi)
     .put(is_Phi, is_Z)
@@ -255,12 +325,12 @@ page(Explicit("6, 11", "the pattern", Z + E_p.T * phi, Phi, over_patterns(rows_o
 
 page("""Each row of `phi` has one part for each block, with as many entries as the block
     has rows. `E_j` picks block `j`, and `E_o` the others.""")
-parts = page(suppose(E_j.T * E_j + E_o.T * E_o, I, "12"))
-is_phi_i = page(let(phi_i, e_i * phi, "12"))
-is_phi_ij = page(let(phi_ij, phi_i * E_j.T, "12"))
-is_phi_o = page(let(phi_o, phi_i * E_o.T, "12"))
-is_P_j = page(let(P_j, E_j * P))
-is_P_o = page(let(P_o, E_o * P))
+parts = page.suppose(E_j.T * E_j + E_o.T * E_o, I, "12")
+is_phi_i = page.let(phi_i, e_i * phi, "12")
+is_phi_ij = page.let(phi_ij, phi_i * E_j.T, "12")
+is_phi_o = page.let(phi_o, phi_i * E_o.T, "12")
+is_P_j = page.let(P_j, E_j * P)
+is_P_o = page.let(P_o, E_o * P)
 page(
     letters.derive("12", "each block has its own coefficients", e_i * E_p * P * A)
     .use(ends)
@@ -273,7 +343,7 @@ page(
 page("""With one output the last row times `A` is `C A^n`. By Cayley and Hamilton it is
     minus the combination of `C`, `C A` and so on that the characteristic polynomial of
     `A` has.""")
-with page.scope(suppose(E_p * P * A, -alpha * P, "11")) as hamilton:
+with page.scope(letters.suppose(E_p * P * A, -alpha * P, "11")) as hamilton:
     page(
         letters.derive("11", "one output and the characteristic polynomial", phi)
         .insert(E_p * P * A * P.I, ends)
@@ -281,8 +351,8 @@ with page.scope(suppose(E_p * P * A, -alpha * P, "11")) as hamilton:
     )
 
 page("The outputs are read off the first entries of the blocks, which are rows of `C`.")
-read = page(suppose(H * P, C, "6, 14"))
-is_h = page(suppose(e_i * H, e_v, "14"))
+read = page.suppose(H * P, C, "6, 14")
+is_h = page.suppose(e_i * H, e_v, "14")
 page(
     letters.derive("4, 14", "a row of the measurement", C_i)
     .put(is_C_i)
@@ -299,9 +369,9 @@ page(
 )
 
 page("In these coordinates the plant moves and is measured as follows.")
-is_w = page(let(w, P * x, "8"))
-is_w_next = page(let(w_next, P * x_next, "8"))
-is_G = page(let(G, P * B, "13"))
+is_w = page.let(w, P * x, "8")
+is_w_next = page.let(w_next, P * x_next, "8")
+is_G = page.let(G, P * B, "13")
 page(
     letters.derive("9", "the plant in these coordinates", w_next)
     .put(is_w_next, is_x)
@@ -319,7 +389,7 @@ page(
 page("""By induction, a row of the one observability matrix is the same row of the
     other, times `P`: for the first rows that is `C = H P`. So the new pair is
     observable exactly if the old one is.""")
-so_far = page(suppose(C * A_l, H * Phi_l * P, "3"))
+so_far = page.suppose(C * A_l, H * Phi_l * P, "3")
 page(
     letters.derive("3", "the rows of both observability matrices", C * A_l * A)
     .use(so_far)

@@ -12,7 +12,64 @@ import sympy as sp
 from matrixproof import BlockMatrix, Explicit, Page
 
 from .form import is_h, is_w, named, over_patterns, shifts
-from .letters import *
+from .letters import (
+    E_0,
+    SOURCE,
+    Delta,
+    E_n,
+    G,
+    H,
+    Identity,
+    P,
+    Phi,
+    Phi_l,
+    ZeroMatrix,
+    e_i,
+    e_v,
+    letters,
+    m,
+    n,
+    p_i,
+    r,
+    s,
+    u,
+    u_p,
+    w,
+    w_o,
+    y,
+    y_o,
+)
+
+letters = letters.here()
+Phi_next = letters("Phi_l_next", n, n, "`Phi` to the power `l + 1`")
+w_l = letters("w_l", n, 1, "state `l` samples on")
+s_l = letters("s_l", n, 1, "what the inputs have added in `l` samples")
+s_next = letters("s_l_next", n, 1, "what they have added in `l + 1` samples")
+y_l = letters("y_l", m, 1, "measurement `l` samples on")
+Gam_l = letters("Gamma_l", n, s, "`Phi^(l-1) G`, ..., `Phi G`, `G` side by side")
+Gam_next = letters("Gamma_l_next", n, s + r, "the same one sample on")
+u_next = letters("u_next", s + r, 1, "the inputs of the samples, and one more")
+e_l = letters("e_l", 1, n, "picks entry `l + 1` of block `i`")
+e_ln = letters("e_l_next", 1, n, "picks the entry after it")
+f_l = letters("f_l", 1, n - m, "says which row of `E_0` it is")
+g_l = letters("g_l", 1, r, "that row of `G`")
+K = letters("K", n, n, "the rows `h_i Phi^l` for `l < p_i`")
+y_s = letters("y_s", n, 1, "the outputs `i` at `p_i` samples, stacked")
+d_s = letters("d_s", n, 1, "what the inputs contribute to them")
+Y_b = letters("Y_b", p_i, 1, "output `i` at `p_i` samples")
+D_b = letters("D_b", p_i, s, "what the inputs contribute to it")
+w_b = letters("w_b", p_i, 1, "block `i` of `w`")
+w_v = letters("w_v_i", p_i - 1, 1, "that block without its first entry")
+Y_i = letters("Y_i", p_i - 1, 1, "output `i` from the next sample on")
+Delta_i = letters("Delta_i", p_i - 1, s, "what the inputs contribute to it")
+e_1 = letters("e_1", 1, p_i, "picks the first entry of a block")
+E_v = letters("E_v", p_i - 1, p_i, "picks its other entries")
+O_s = letters("O_s", s, n, "the rows `C_i A^k` of one sample less")
+M_s = letters("M_s", s, n - 1, "says which combinations of kept rows they are")
+E_r = letters("E_r", n - 1, n, "picks the rows of `P` but that one")
+e_k = letters("e_k", 1, n, "picks the last row of the longest block")
+b = letters("b", n, 1, "a state that only that row sees")
+
 
 INPUTS = 2  # concrete number r of inputs
 
@@ -76,29 +133,29 @@ page = Page(letters=letters, source=f"{SOURCE}, (15)-(26)")
 
 page("""The plant in Kawazoe's coordinates. Output `i` is the first entry of block `i`,
     so `m` entries of `w` are read.""")
-is_y = page(let(y, H * w, "10"))
+is_y = page.let(y, H * w, "10")
 page(is_h)
 page(letters.derive("18", "what is read", e_i * y).put(is_y).use(is_h))
 
 page("""A later output shows the state of the moment, and what the inputs since have
     added.""")
-later = page(let(w_l, Phi_l * w + s_l, "15"))
-powers = page(let(Phi_next, Phi * Phi_l))
-added = page(let(s_next, Phi * s_l + G * u, "15"))
+later = page.let(w_l, Phi_l * w + s_l, "15")
+powers = page.let(Phi_next, Phi * Phi_l)
+added = page.let(s_next, Phi * s_l + G * u, "15")
 page(
     letters.derive("15", "one more sample", Phi * w_l + G * u)
     .put(later)
     .expand()
     .fold(powers, added)
 )
-is_y_l = page(let(y_l, H * w_l, "10"))
+is_y_l = page.let(y_l, H * w_l, "10")
 page(letters.derive("15", "a later output", y_l).put(is_y_l, later).expand())
 
 page("""By induction over the samples, what the inputs add is a sum: the powers of `Phi`
     times `G` side by side, times all inputs.""")
-with page.scope(suppose(s_l, Gam_l * u_p, "15")) as summed:
-    longer = page(let(Gam_next, BlockMatrix([[Phi * Gam_l, G]])))
-    stacked = page(let(u_next, BlockMatrix([[u_p], [u]])))
+with page.scope(letters.suppose(s_l, Gam_l * u_p, "15")) as summed:
+    longer = page.let(Gam_next, BlockMatrix([[Phi * Gam_l, G]]))
+    stacked = page.let(u_next, BlockMatrix([[u_p], [u]]))
     page(
         letters.derive("15", "the sum of one sample more", Gam_next * u_next)
         .multiply(longer, stacked)
@@ -109,11 +166,11 @@ with page.scope(suppose(s_l, Gam_l * u_p, "15")) as summed:
 page("""Take output `i`. After `l` samples the state is seen through `e_v Phi^l`. As
     long as entry `l + 1` of the block is not its last, one more `Phi` moves the one in
     that row on by one entry.""")
-so_far = page(suppose(e_v * Phi_l, e_l, "16"))
-commute = page(suppose(Phi * Phi_l, Phi_l * Phi))
-row_of_G = page(let(g_l, e_l * G, "13"))
-is_next = page(let(e_ln, f_l * E_n, "6"))
-with page.scope(suppose(e_l, f_l * E_0, "6")) as not_last:
+so_far = page.suppose(e_v * Phi_l, e_l, "16")
+commute = page.suppose(Phi * Phi_l, Phi_l * Phi)
+row_of_G = page.let(g_l, e_l * G, "13")
+is_next = page.let(e_ln, f_l * E_n, "6")
+with page.scope(letters.suppose(e_l, f_l * E_0, "6")) as not_last:
     moves = page(
         letters.derive("11", "a one moves on by one entry", e_l * Phi)
         .put(not_last)
@@ -152,7 +209,7 @@ shown = page(
     .expand()
     .use(so_far)
 )
-is_K = page(suppose(e_l * K, e_v * Phi_l, "16"))
+is_K = page.suppose(e_l * K, e_v * Phi_l, "16")
 page(
     letters.derive("16", "the coefficients of the state", e_l * K).use(is_K).use(so_far)
 )
@@ -165,10 +222,10 @@ page(
 page("""What the inputs contribute to a block is a matrix `D_b` times them. Its first
     row is zero, since the first entry is read; the other rows are `Delta_i`, and `Y_i`
     has the outputs from the next sample on.""")
-is_block = page(let(w_b, Y_b - D_b * u_p, "17"))
-is_w_v = page(let(w_v, E_v * w_b, "23"))
-is_Y_i = page(let(Y_i, E_v * Y_b, "24"))
-is_Delta = page(let(Delta_i, E_v * D_b, "25"))
+is_block = page.let(w_b, Y_b - D_b * u_p, "17")
+is_w_v = page.let(w_v, E_v * w_b, "23")
+is_Y_i = page.let(Y_i, E_v * Y_b, "24")
+is_Delta = page.let(Delta_i, E_v * D_b, "25")
 page(
     letters.derive("22, 23, 24", "what is computed of a block", w_v)
     .put(is_w_v, is_block)
@@ -177,7 +234,7 @@ page(
 )
 
 page("What is read and what is computed make the block.")
-together = page(suppose(e_1.T * e_1 + E_v.T * E_v, Identity(p_i)))
+together = page.suppose(e_1.T * e_1 + E_v.T * E_v, Identity(p_i))
 page(
     letters.derive("18, 23", "both together are the block", w_b)
     .insert((e_1.T * e_1 + E_v.T * E_v) * w_b, together)
@@ -210,15 +267,15 @@ page("""That takes `p_M` samples, the largest of the indices, and no fewer. The 
     of the longest block was kept. The rows of one sample less come before it in the
     search, so they are combinations of the other rows of `P`. The last row alone sees
     the state `b`, and they do not.""")
-is_b = page(let(b, P.I * e_k.T, "21"))
-before = page(suppose(O_s, M_s * E_r * P, "6"))
-others = page(suppose(E_r * e_k.T, ZeroMatrix(n - 1, 1), "6"))
+is_b = page.let(b, P.I * e_k.T, "21")
+before = page.suppose(O_s, M_s * E_r * P, "6")
+others = page.suppose(E_r * e_k.T, ZeroMatrix(n - 1, 1), "6")
 page(
     letters.derive("21", "one sample less is not enough", O_s * b)
     .put(before, is_b)
     .use(others)
 )
-alone = page(suppose(e_k * e_k.T, Identity(1), "6"))
+alone = page.suppose(e_k * e_k.T, Identity(1), "6")
 page(letters.derive("21", "the last row sees it", e_k * P * b).put(is_b).use(alone))
 
 page("The state of the plant follows from that of its coordinates.")

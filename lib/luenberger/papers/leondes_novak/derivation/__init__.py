@@ -1,7 +1,5 @@
 """The equations of Leondes and Novak (1974) in SymPy, in reading order.
 
-`letters`
-    The letters of Leondes and Novak (1974), each with its size and what it stands for.
 `stochastic_system`
     The plant and its statistics.
 `huddle`

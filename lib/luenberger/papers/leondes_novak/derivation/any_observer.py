@@ -17,7 +17,9 @@ from matrixproof import (
     ZeroMatrix,
 )
 
-from .letters import *
+from .letters import SOURCE, I, letters, m, n, p, r
+from .letters.observer import D, F, G, T, T_next, z
+from .letters.plant import A, B, C, E, u, x
 from .start import here
 
 q = symbols("q", integer=True, nonnegative=True)
@@ -48,21 +50,21 @@ page = Page(letters=letters, source=f"our own; {SOURCE}, (9)")
 
 page("""An observer of `L_any x` need not satisfy the conditions. Two residuals are
     left.""")
-is_N_1 = page(let(N_1, T_next * A - F * T - D * C, "9"))
-is_N_3 = page(let(N_3, P_any * T + V_any * C - L_any, "13"))
+is_N_1 = page.let(N_1, T_next * A - F * T - D * C, "9")
+is_N_3 = page.let(N_3, P_any * T + V_any * C - L_any, "13")
 
 page("""Beside it stands the state itself, with its sign turned. The following matrices
     belong to both.""")
-is_z = page(let(z_both, BlockMatrix([[gone(n, 1)], [z]])))
-is_T = page(let(T_both, BlockMatrix([[-I], [T]])))
-is_T_ahead = page(let(T_ahead, BlockMatrix([[-I], [T_next]])))
-is_F = page(let(F_both, BlockMatrix([[A, gone(n, r)], [-N_1, F]])))
-is_D = page(let(D_both, BlockMatrix([[gone(n, p)], [D]])))
-is_P = page(let(P_both, BlockMatrix([[N_3, P_any]])))
+is_z = page.let(z_both, BlockMatrix([[gone(n, 1)], [z]]))
+is_T = page.let(T_both, BlockMatrix([[-I], [T]]))
+is_T_ahead = page.let(T_ahead, BlockMatrix([[-I], [T_next]]))
+is_F = page.let(F_both, BlockMatrix([[A, gone(n, r)], [-N_1, F]]))
+is_D = page.let(D_both, BlockMatrix([[gone(n, p)], [D]]))
+is_P = page.let(P_both, BlockMatrix([[N_3, P_any]]))
 page(here)
-is_eps = page(let(eps_both, z_both - T_both * x, "8"))
+is_eps = page.let(eps_both, z_both - T_both * x, "8")
 page(
-    derive("8", "the error of both is the state and the error", eps_both)
+    letters.derive("8", "the error of both is the state and the error", eps_both)
     .put(is_eps)
     .multiply(is_z, is_T)
     .fold(here)
@@ -71,35 +73,39 @@ page(
 page("They satisfy the condition on the dynamics, whatever the observer is.")
 says = "both together satisfy the condition on the dynamics"
 page(
-    derive("9", says, F_both * T_both + D_both * C - T_ahead * A)
+    letters.derive("9", says, F_both * T_both + D_both * C - T_ahead * A)
     .multiply(is_F, is_T, is_D, is_T_ahead)
     .use(is_N_1)
 )
 
 page("And the estimate of both is unbiased.")
 page(
-    derive("13", "both together estimate without bias", P_both * T_both + V_any * C)
+    letters.derive(
+        "13", "both together estimate without bias", P_both * T_both + V_any * C
+    )
     .multiply(is_P, is_T)
     .use(is_N_3)
 )
 
 page("""A known input drives state and error. The observer of both gets it as the one
     observer does, and two more residuals are left.""")
-is_N_2 = page(let(N_2, T_next * B - G - D * E, "10"))
-is_N_4 = page(let(N_4, W_any + V_any * E, "12"))
-is_G = page(let(G_both, BlockMatrix([[gone(n, m)], [G]])))
-is_B = page(let(B_both, BlockMatrix([[B], [-N_2]])))
+is_N_2 = page.let(N_2, T_next * B - G - D * E, "10")
+is_N_4 = page.let(N_4, W_any + V_any * E, "12")
+is_G = page.let(G_both, BlockMatrix([[gone(n, m)], [G]]))
+is_B = page.let(B_both, BlockMatrix([[B], [-N_2]]))
 says = "what the input does to state and error"
 page(
-    derive("10", says, G_both + D_both * E - T_ahead * B - B_both)
+    letters.derive("10", says, G_both + D_both * E - T_ahead * B - B_both)
     .multiply(is_G, is_D, is_T_ahead, is_B)
     .use(is_N_2)
 )
 
 page("The estimate passes on what is left of both.")
-shows = page(let(e_bar, P_both * eps_bar + (W_any + V_any * E) * u, "12"))
+shows = page.let(e_bar, P_both * eps_bar + (W_any + V_any * E) * u, "12")
 answer = page(
-    derive("12", "the error that the input leaves", e_bar).put(shows).fold(is_N_4)
+    letters.derive("12", "the error that the input leaves", e_bar)
+    .put(shows)
+    .fold(is_N_4)
 )
 
 beside_the_state = page.program(

@@ -24,7 +24,11 @@ from matrixproof import (
 
 from .correlated_noise import is_D_s, is_F_s
 from .huddle import driven, is_W
-from .letters import *
+from .letters import SOURCE, I, letters, m1, n, p, r
+from .letters.accurate import S1, Delta, Gamma, Gamma_1, Phat, That, W_e, Z
+from .letters.observer import D, F, G, P, T, T_next, V, W
+from .letters.plant import A, As, B, C, E, J, Q, R
+from .letters.step import K, Kmv, M, Omega, Sigma, Sigma_next, Y
 from .quadratic import (
     is_Kmv,
     is_M,
@@ -35,6 +39,12 @@ from .quadratic import (
     root_M,
     square,
 )
+
+letters = letters.here()
+Gamma_0 = letters("Gamma_0", n, m1, "any direction in which they could push")
+X_0 = letters("X_0", r, n, "a pseudoinverse of `L_W' Phat`")
+G_1 = letters("G_1", m1, m1, "inverse weight seen by accurate outputs", symmetric=True)
+L_W = letters("L_W", n, n, "a root of the weight")
 
 
 def spread(X):
@@ -50,9 +60,9 @@ page(is_M, is_N, is_Kmv)
 page("""Now the accurate outputs are treated as exact: the estimate must show what they
     show, `S_1 C K = S_1`. Let `Gamma_1` push each accurate output to its value, and let
     `Phat` span what the accurate outputs do not see.""")
-push = page(suppose(S1 * C * Gamma_1, Identity(m1), "47"))
-unseen = page(suppose(S1 * C * Phat, ZeroMatrix(m1, r), "47"))
-is_Delta = page(let(Delta, S1 - S1 * C * Kmv))
+push = page.suppose(S1 * C * Gamma_1, Identity(m1), "47")
+unseen = page.suppose(S1 * C * Phat, ZeroMatrix(m1, r), "47")
+is_Delta = page.let(Delta, S1 - S1 * C * Kmv)
 page(
     letters.derive(
         "24",
@@ -66,8 +76,8 @@ page(
 
 page("""There are no others, because `Gamma_1` and `Phat` together span everything. The
     free part of a gain is `Z = That (K - K_mv)`.""")
-exact = page(suppose(S1 * C * K, S1))
-whole = page(suppose(Gamma_1 * S1 * C + Phat * That, I, "47"))
+exact = page.suppose(S1 * C * K, S1)
+whole = page.suppose(Gamma_1 * S1 * C + Phat * That, I, "47")
 page(
     letters.derive("24", "every gain that meets it is one of these", K - Kmv)
     .insert((Gamma_1 * S1 * C + Phat * That) * (K - Kmv), whole)
@@ -80,9 +90,9 @@ page(
 page("""A choice costs more than the Kalman filter by the trace of the square. If
     `Gamma_1` is orthogonal to `Phat` in the weight, the two parts cost separately, and
     the free part costs least where it is zero.""")
-shortest = page(suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r)))
+shortest = page.suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r))
 page(root_M)
-root_W = page(suppose(W_e, L_W * L_W.T))
+root_W = page.suppose(W_e, L_W * L_W.T)
 page(
     letters.derive(
         "30–33",
@@ -95,7 +105,7 @@ page(
 )
 
 page("Such a push exists for every weight that is positive definite.")
-is_G_1 = page(let(G_1, S1 * C * W_e.I * C.T * S1.T))
+is_G_1 = page.let(G_1, S1 * C * W_e.I * C.T * S1.T)
 page(
     Construction(
         "19",
@@ -111,8 +121,8 @@ page("""A weight that is only semidefinite, as that of a few combinations of the
     leaves the push free where it weighs nothing. Take any push `Gamma_0`, and let the
     observer take back of it what the weight sees. How much that is, least squares tell:
     `X_0` is the pseudoinverse of `L_W' Phat`, and satisfies its normal equations.""")
-any_push = page(suppose(S1 * C * Gamma_0, Identity(m1)))
-normal = page(suppose(Phat.T * L_W * L_W.T * Phat * X_0, Phat.T * L_W))
+any_push = page.suppose(S1 * C * Gamma_0, Identity(m1))
+normal = page.suppose(Phat.T * L_W * L_W.T * Phat * X_0, Phat.T * L_W)
 page(
     Construction(
         "19",
@@ -126,7 +136,7 @@ page(
 
 page("""The paper's own choice of rows in (19) amounts to a weight as well: the one in
     which the accurate outputs and the chosen rows are coordinates of length one.""")
-other_rows = page(suppose(That * Gamma_1, ZeroMatrix(r, m1), "47"))
+other_rows = page.suppose(That * Gamma_1, ZeroMatrix(r, m1), "47")
 page(
     letters.derive(
         "19",
@@ -140,8 +150,8 @@ page(
 page("""So the best gain that treats the accurate outputs as exact is the following. In
     the last line the push has columns for all outputs, zero for those that are not
     accurate: then `Gamma = 0` is the Kalman filter, and one recursion serves all.""")
-is_K = page(suppose(K, Kmv + Gamma_1 * Delta, "33"))
-is_Gamma = page(let(Gamma, Gamma_1 * S1))
+is_K = page.suppose(K, Kmv + Gamma_1 * Delta, "33")
+is_Gamma = page.let(Gamma, Gamma_1 * S1)
 gain = page(
     letters.derive("33", "the gain that runs", K)
     .put(is_K)
@@ -169,7 +179,7 @@ page(
 
 page("""Where the accurate outputs have no noise there is nothing to pay and nothing to
     choose: the gain is the Kalman filter's.""")
-perfect = page(suppose(S1 * R, ZeroMatrix(m1, p)))
+perfect = page.suppose(S1 * R, ZeroMatrix(m1, p))
 nothing_left = page.chain(
     "",
     "perfect outputs leave nothing",
@@ -231,9 +241,9 @@ met = page(
     .use(exact)
     .fold(is_Gamma)
 )
-is_P = page(let(P, Phat, "24"))
-is_V = page(let(V, K, "24"))
-is_T = page(let(T, That * (I - K * C), "25"))
+is_P = page.let(P, Phat, "24")
+is_V = page.let(V, K, "24")
+is_T = page.let(T, That * (I - K * C), "25")
 page(
     letters.derive("13", "its estimate is unbiased", P * T + V * C)
     .put(is_P, is_V, is_T)

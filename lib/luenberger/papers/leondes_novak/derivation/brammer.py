@@ -7,12 +7,17 @@ observer of Leondes and Novak.
 Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 """
 
-from matrixproof import BlockMatrix, Expect, Page, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Expect, Identity, Page, Substitute, ZeroMatrix
 
 from .best_coordinates import exact, is_Delta, nothing_left, push, unseen, whole
 from .canonical_gain import is_V
 from .coordinates import is_H
-from .letters import *
+from .letters import SOURCE, I, letters, m1, n, p2, r
+from .letters.accurate import S1, Delta, Gamma_1, Phat, That
+from .letters.canonical import C_1, H_2, K_1, K_2, H, K_low
+from .letters.observer import T_next, V, X, eps, x_hat, x_hat_next, z, z_next
+from .letters.plant import A, C, Q, w, x, y, y_next
+from .letters.step import K, Kmv, M, N, Omega, Sigma_next
 from .quadratic import is_Kmv, is_N, root_M, square
 
 z_hat = letters("z_hat", r, 1, "Brammer's estimate of `That x`")
@@ -25,9 +30,9 @@ page("""The accurate outputs have no noise, `y_1 = C_1 x`. The estimate puts the
     their place and takes the rest from `z_hat`. The equations (47) say what `Gamma_1`
     and `Phat` are.""")
 page(push, unseen, whole)
-other_rows = page(suppose(That * Gamma_1, ZeroMatrix(r, m1), "47"))
-inverse = page(suppose(That * Phat, Identity(r), "47"))
-shows = page(let(x_hat, Phat * z_hat + Gamma_1 * S1 * y, "46"))
+other_rows = page.suppose(That * Gamma_1, ZeroMatrix(r, m1), "47")
+inverse = page.suppose(That * Phat, Identity(r), "47")
+shows = page.let(x_hat, Phat * z_hat + Gamma_1 * S1 * y, "46")
 page(
     letters.derive("46", "the estimate shows what was estimated", That * x_hat)
     .put(shows)
@@ -40,8 +45,8 @@ page(
     .expand()
     .use(unseen, push)
 )
-perfect = page(suppose(S1 * y, S1 * C * x, "45"))
-is_eps = page(let(eps, z_hat - That * x))
+perfect = page.suppose(S1 * y, S1 * C * x, "45")
+is_eps = page.let(eps, z_hat - That * x)
 error = page(
     letters.derive("45, 46", "the error is that of the rest", x_hat - x)
     .put(shows)
@@ -67,8 +72,8 @@ page(
     .by(Omega * C.T * M.I, is_Kmv, is_N)
 )
 page(exact)
-moves = page(let(z_hat_next, That * (A * x_hat + K * (y_next - C * A * x_hat)), "48"))
-shows_next = page(let(x_hat_next, Phat * z_hat_next + Gamma_1 * S1 * y_next, "46"))
+moves = page.let(z_hat_next, That * (A * x_hat + K * (y_next - C * A * x_hat)), "48")
+shows_next = page.let(x_hat_next, Phat * z_hat_next + Gamma_1 * S1 * y_next, "46")
 page(
     letters.derive("46, 48", "the filter is that of Kalman", x_hat_next)
     .put(shows_next)
@@ -79,7 +84,7 @@ page(
 
 page("""Let `z = z_hat - That K y`. The estimate is then that of the observer with `P`
     the basis and `V` the gain.""")
-is_z = page(let(z, z_hat - That * K * y))
+is_z = page.let(z, z_hat - That * K * y)
 parted = page(
     letters.derive("24", "the gain is a push and a rest", K)
     .insert((Gamma_1 * S1 * C + Phat * That) * K, whole)
@@ -92,8 +97,8 @@ page(
 )
 
 page("It moves as the observer does: Fig. 2 is Fig. 1.")
-is_z_next = page(let(z_next, z_hat_next - That * K * y_next))
-is_T = page(let(T_next, That * (I - K * C), "25"))
+is_z_next = page.let(z_next, z_hat_next - That * K * y_next)
+is_T = page.let(T_next, That * (I - K * C), "25")
 page(
     letters.derive("42, 48", "one system drawn twice", z_next)
     .put(is_z_next)
@@ -103,16 +108,16 @@ page(
 
 
 page("Its covariances are those of the observer, seen through the basis.")
-is_X = page(moment(eps * eps.T, X, "51"))
-is_Q = page(moment(w * w.T, Q, "4"))
-apart = page(moment(eps * w.T, ZeroMatrix(r, n)))
+is_X = page.moment(eps * eps.T, X, "51")
+is_Q = page.moment(w * w.T, Q, "4")
+apart = page.moment(eps * w.T, ZeroMatrix(r, n))
 page.chain(
     "50",
     "the predicted covariance",
     (A * Phat * eps - w) * (A * Phat * eps - w).T,
     Expect(A * Phat * X * Phat.T * A.T + Q, moments=(is_X, is_Q, apart)),
 )
-kalman = page(suppose(K, Kmv, "49"))
+kalman = page.suppose(K, Kmv, "49")
 page(
     letters.derive("51", "the covariance of the rest", That * Sigma_next * That.T)
     .put(square)
@@ -123,12 +128,12 @@ page(
 
 page("""In the coordinates of (20) to (23) the basis is the lower part of the identity,
     and (24), (25) come back.""")
-is_That = page(suppose(That, BlockMatrix([[ZeroMatrix(r, m1), Identity(r)]]), "52"))
-is_Phat = page(suppose(Phat, BlockMatrix([[ZeroMatrix(m1, r)], [Identity(r)]]), "53"))
-is_Gamma_1 = page(
-    suppose(Gamma_1, BlockMatrix([[Identity(m1)], [ZeroMatrix(r, m1)]]), "53")
+is_That = page.suppose(That, BlockMatrix([[ZeroMatrix(r, m1), Identity(r)]]), "52")
+is_Phat = page.suppose(Phat, BlockMatrix([[ZeroMatrix(m1, r)], [Identity(r)]]), "53")
+is_Gamma_1 = page.suppose(
+    Gamma_1, BlockMatrix([[Identity(m1)], [ZeroMatrix(r, m1)]]), "53"
 )
-is_C_1 = page(let(C_1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, r)]]), "52"))
+is_C_1 = page.let(C_1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, r)]]), "52")
 page.chain(
     "47, 52, 53",
     "the basis and the push are columns of the inverse",
@@ -144,8 +149,8 @@ page.chain(
         BlockMatrix([[-K_1, Identity(r) - K_2 * H_2]]), by=(is_That, is_V, is_H)
     ),
 )
-is_S_1 = page(suppose(S1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)]]), "16"))
-is_K_low = page(let(K_low, BlockMatrix([[K_1, K_2]]), "33"))
+is_S_1 = page.suppose(S1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)]]), "16")
+is_K_low = page.let(K_low, BlockMatrix([[K_1, K_2]]), "33")
 weight = page.chain(
     "24, 53",
     "the weight of the measurement",
@@ -156,8 +161,8 @@ weight = page.chain(
 
 page("""The gains (33) of Leondes and Novak solve the lower rows of the equation for the
     Kalman gain. If the accurate outputs are perfect, the upper rows agree as well.""")
-lower = page(suppose(K_low * M, That * N, "33"))
-solved = page(suppose(K * M, N, "33"))
+lower = page.suppose(K_low * M, That * N, "33")
+solved = page.suppose(K * M, N, "33")
 rows = page(
     letters.derive("33, 52", "the gains are the lower rows of the Kalman gain", K_low)
     .insert(K_low * M * M.I, why="insert the inverse")

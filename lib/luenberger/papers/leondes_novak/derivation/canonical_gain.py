@@ -9,13 +9,37 @@ Source: Leondes and Novak (1974), section III, (24)-(33).
 
 from sympy import Trace, eye, zeros
 
-from matrixproof import BlockMatrix, Page, Substitute, ZeroMatrix, plus
+from matrixproof import BlockMatrix, Identity, Page, Substitute, ZeroMatrix, plus
 
 from .coordinates import is_H, split_v
 from .huddle import seen
-from .letters import *
+from .letters import SOURCE, letters, m1, n, p, p2, r
+from .letters.accurate import L_M
+from .letters.canonical import (
+    H_2,
+    K_1,
+    K_2,
+    R_11,
+    R_21,
+    R_22,
+    H,
+    K_low,
+    N_low,
+    Omega_11,
+    Omega_21,
+    Omega_22,
+)
+from .letters.observer import P, T, V, X, eps, eps_next, z
+from .letters.plant import R, v, w, y
+from .letters.step import M, Omega, Sigma, e
 from .quadratic import is_Omega, is_Sigma
 from .stochastic_system import is_Q
+
+letters = letters.here()
+y_1 = letters("y_1", m1, 1, "accurate outputs")
+y_2 = letters("y_2", p2, 1, "other outputs")
+K_star = letters("K_star", r, p, "the gains of least trace")
+
 
 T_any = letters("T_any", r, n, "what an observer might follow")
 T_1 = letters("T_1", r, m1, "its columns for the accurate outputs")
@@ -25,7 +49,7 @@ zero, kept, rest = ZeroMatrix, Identity(m1), Identity(r)
 
 def split(whole, *parts):
     """A column as its parts, by definition."""
-    return suppose(whole, BlockMatrix([[part] for part in parts]))
+    return letters.suppose(whole, BlockMatrix([[part] for part in parts]))
 
 
 def trace_of(X):
@@ -40,8 +64,8 @@ page = Page(letters=letters, source=f"{SOURCE}, section III", witness=WITNESS)
 
 page("""The accurate outputs are kept as they are, so the observer follows the other
     states alone. Two gains are free.""")
-is_P = page(let(P, BlockMatrix([[zero(m1, r)], [rest]]), "24"))
-is_V = page(let(V, BlockMatrix([[kept, zero(m1, p2)], [K_1, K_2]]), "24"))
+is_P = page.let(P, BlockMatrix([[zero(m1, r)], [rest]]), "24")
+is_V = page.let(V, BlockMatrix([[kept, zero(m1, p2)], [K_1, K_2]]), "24")
 split_y = page(split(y, y_1, y_2))
 page(
     letters.derive(
@@ -52,13 +76,13 @@ page(
 page("""The measurement matrix has the form of (18). What the observer follows is then
     fixed by unbiasedness.""")
 page(is_H)
-is_T = page(let(T, BlockMatrix([[-K_1, rest - K_2 * H_2]]), "25"))
+is_T = page.let(T, BlockMatrix([[-K_1, rest - K_2 * H_2]]), "25")
 page(
     letters.derive("13, 25", "the estimate is unbiased", P * T + V * H).multiply(
         is_P, is_T, is_V, is_H
     )
 )
-is_any = page(let(T_any, BlockMatrix([[T_1, T_2]])))
+is_any = page.let(T_any, BlockMatrix([[T_1, T_2]]))
 page(
     letters.derive(
         "25", "it is unbiased for no other choice", P * T_any + V * H
@@ -70,10 +94,10 @@ page("""The lower row is `[0, I]` only for `T_1 = - K_1` and `T_2 = I - K_2 H_2`
     observer's own error with the noise that the gains let in.""")
 page(split_v)
 page(letters.derive("26", "the error", P * eps + V * v).multiply(is_P, is_V, split_v))
-is_R = page(
-    let(R, BlockMatrix([[R_11, R_21.T], [R_21, R_22]]), "31", name="the blocks of R")
+is_R = page.let(
+    R, BlockMatrix([[R_11, R_21.T], [R_21, R_22]]), "31", name="the blocks of R"
 )
-is_K_low = page(let(K_low, BlockMatrix([[K_1, K_2]]), "33"))
+is_K_low = page.let(K_low, BlockMatrix([[K_1, K_2]]), "33")
 page.chain(
     "27",
     "the error trace",
@@ -89,7 +113,7 @@ page("""The observer errs as the prediction does, seen through `T`. Its covarian
     therefore that of the prediction between `T` and its transpose. This matrix,
     `Omega`, has no gain of the next instant in it.""")
 page(is_Sigma, is_Q)
-apart = page(moment(e * w.T, zero(n, n)))
+apart = page.moment(e * w.T, zero(n, n))
 page(is_Omega)
 page(
     letters.derive(
@@ -99,13 +123,11 @@ page(
     .expect(is_Sigma, is_Q, apart)
     .fold(is_Omega)
 )
-in_blocks = page(
-    suppose(
-        Omega,
-        BlockMatrix([[Omega_11, Omega_21.T], [Omega_21, Omega_22]]),
-        "29",
-        name="the blocks of Ω",
-    )
+in_blocks = page.suppose(
+    Omega,
+    BlockMatrix([[Omega_11, Omega_21.T], [Omega_21, Omega_22]]),
+    "29",
+    name="the blocks of Ω",
 )
 
 page("Both parts of the trace, multiplied out, are what (30) should print.")
@@ -123,20 +145,18 @@ prediction_part = page(
 page("""With letters for the matrices in (33) the ten traces are four. The matrix `M` is
     the covariance of the innovation, and `N_low` holds the lower rows of what the
     Kalman filter multiplies its inverse with.""")
-M_blocks = page(
-    let(
-        M,
-        BlockMatrix(
-            [
-                [Omega_11 + R_11, R_21.T + Omega_21.T * H_2.T],
-                [R_21 + H_2 * Omega_21, R_22 + H_2 * Omega_22 * H_2.T],
-            ]
-        ),
-        "33",
-        name="the blocks of M",
-    )
+M_blocks = page.let(
+    M,
+    BlockMatrix(
+        [
+            [Omega_11 + R_11, R_21.T + Omega_21.T * H_2.T],
+            [R_21 + H_2 * Omega_21, R_22 + H_2 * Omega_22 * H_2.T],
+        ]
+    ),
+    "33",
+    name="the blocks of M",
 )
-N_blocks = page(let(N_low, BlockMatrix([[Omega_21, Omega_22 * H_2.T]]), "33"))
+N_blocks = page.let(N_low, BlockMatrix([[Omega_21, Omega_22 * H_2.T]]), "33")
 page.chain(
     "31, 33",
     "the covariance of the innovation",
@@ -186,6 +206,6 @@ square = page(
         K_low, is_K_star
     )
 )
-root = page(suppose(M, L_M * L_M.T))
+root = page.suppose(M, L_M * L_M.T)
 page(letters.derive("33", "no gains do better", square.right).drop(root))
 page(letters.derive("33", "the gains", K_star).by(N_low * M.I, is_K_star))

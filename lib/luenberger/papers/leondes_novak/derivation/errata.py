@@ -13,7 +13,19 @@ from matrixproof.algebra import Algebra
 from matrixproof.words import ShapeError
 
 from . import canonical_gain, coordinates, uniqueness
-from .letters import *
+from .letters import I, m1
+from .letters.canonical import (
+    H_2,
+    K_1,
+    K_2,
+    R_11,
+    R_21,
+    R_22,
+    Omega_11,
+    Omega_21,
+    Omega_22,
+)
+from .letters.plant import u
 
 ALGEBRA = Algebra([Omega_11, Omega_22, R_11, R_22])
 FIRST, SECOND = canonical_gain.coupled.right.blocks

@@ -11,7 +11,10 @@ from matrixproof import Page
 
 from .best_coordinates import exact
 from .correlated_noise import is_As
-from .letters import *
+from .letters import SOURCE, I, letters, m, n, p
+from .letters.accurate import S1
+from .letters.plant import A, As, B, C, E, J, u, v, v_next, w, x, x_next, y
+from .letters.step import K, e
 
 running = letters.here(
     x="estimate of the state",
@@ -19,6 +22,7 @@ running = letters.here(
     y="measurement one step on",
     w="process noise that is left once `v` is told",
 )
+u_next = running("u_next", m, 1, "input one step on")
 truth = running("xt", n, 1, "state")
 truth_next = running("xt_next", n, 1, "state one step on")
 x_minus = running("x_minus", n, 1, "prediction")
@@ -31,15 +35,15 @@ page = Page(letters=running, source=f"{SOURCE}, (41)-(43)")
 
 page("""The plant moves as in (1); of its noise, `J v` is told by the measurement. The
     residual of an estimate is its own error and the noise of the measurement.""")
-plant = page(let(truth_next, A * truth + B * u + J * v + w, "1"))
-left = page(let(rho, C * (truth - x) + v))
-is_e = page(let(e, x - truth))
+plant = page.let(truth_next, A * truth + B * u + J * v + w, "1")
+left = page.let(rho, C * (truth - x) + v)
+is_e = page.let(e, x - truth)
 page(is_As)
 
 page("The prediction takes along what the residual tells.")
-is_minus = page(let(x_minus, A * x + B * u + J * rho, "43"))
+is_minus = page.let(x_minus, A * x + B * u + J * rho, "43")
 before = page(
-    derive("43", "the error of the prediction", x_minus - truth_next)
+    letters.derive("43", "the error of the prediction", x_minus - truth_next)
     .put(is_minus)
     .use(plant)
     .put(left)
@@ -48,20 +52,20 @@ before = page(
 
 page("""The next measurement is compared with what the prediction leads one to expect,
     and the difference corrects it.""")
-measured = page(let(y, C * truth_next + E * u_next + v_next, "2"))
-is_innovation = page(let(innovation, y - E * u_next - C * x_minus, "43"))
-corrects = page(let(x_next, x_minus + K * innovation, "43"))
+measured = page.let(y, C * truth_next + E * u_next + v_next, "2")
+is_innovation = page.let(innovation, y - E * u_next - C * x_minus, "43")
+corrects = page.let(x_next, x_minus + K * innovation, "43")
 page(
-    derive("26, 43", "the error of the estimate", x_next - truth_next)
+    letters.derive("26, 43", "the error of the estimate", x_next - truth_next)
     .put(corrects, is_innovation, measured)
     .by((I - K * C) * (As * e - w) + K * v_next, before)
 )
 
 page("A gain that treats outputs as exact leaves nothing of them in the residual.")
-is_rho_next = page(let(rho_next, y - E * u_next - C * x_next))
+is_rho_next = page.let(rho_next, y - E * u_next - C * x_next)
 page(exact)
 page(
-    derive("24", "accurate outputs are met", S1 * rho_next)
+    letters.derive("24", "accurate outputs are met", S1 * rho_next)
     .put(is_rho_next, corrects)
     .fold(is_innovation)
     .use(exact)

@@ -13,7 +13,8 @@ from sympy import symbols
 
 from matrixproof import Identity, Page
 
-from .letters import *
+from .letters import I, letters, n
+from .letters.step import Omega
 
 SOURCE = "Bierman (1977), sections V.3 and VI.4; Thornton (1976)"
 q = symbols("q", integer=True, positive=True)
@@ -21,7 +22,6 @@ factored = letters.here(
     Omega="covariance before a reading",
     Sigma="covariance after it",
 )
-derive, let, suppose = factored.derive, factored.let, factored.suppose
 c = factored("c", n, 1, "what one output measures, as a column")
 K = factored("k", n, 1, "the gain of least variance of its reading")
 kappa = factored("kappa", n, 1, "`Omega c`, which the columns add up")
@@ -52,10 +52,10 @@ page("""A reading of one output is a row `c'` of `C` with noise of variance `rho
     this one have left a column `k_j` and a variance `beta`, which begins with `rho`;
     `phi` is what the output sees of this column, an entry of `U' c`. With this column
     they are `k_j + delta phi u_j` and `beta + delta phi^2`.""")
-is_k = page(let(k_new, k_j + delta * phi * u_j))
-is_u = page(let(u_new, u_j - phi / beta * k_j))
+is_k = page.let(k_new, k_j + delta * phi * u_j)
+is_u = page.let(u_new, u_j - phi / beta * k_j)
 column = page(
-    derive(
+    factored.derive(
         "",
         "one column of a reading",
         delta * beta / a * u_new * u_new.T - 1 / beta * k_j * k_j.T,
@@ -73,11 +73,11 @@ page("""So the column `u_new` with the variance `delta beta / (beta + delta phi^
     of `U D U'`. A first reading without noise finds `beta = 0`, and leaves the variance
     zero. After the last column the two sums are `Omega c` and the variance of the
     innovation, and this is the covariance that the gain of least variance leaves.""")
-is_kappa = page(let(kappa, Omega * c))
-is_alpha = page(suppose(c.T * Omega * c, (alpha - rho) * Identity(1)))
-is_K = page(let(K, 1 / alpha * kappa))
+is_kappa = page.let(kappa, Omega * c)
+is_alpha = page.suppose(c.T * Omega * c, (alpha - rho) * Identity(1))
+is_K = page.let(K, 1 / alpha * kappa)
 page(
-    derive(
+    factored.derive(
         "27",
         "what a reading leaves",
         (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T,
@@ -92,18 +92,20 @@ page(
 page("""A prediction has the covariance `W_0 D_q W_0'`, with `W_0 = [A U, G]` and the
     variances `D_q` of what drives its columns. What every row has of the last one is
     taken off. That is a column of the next `U`; nothing of the last row is left.""")
-is_delta = page(suppose(w_j.T * D_q * w_j, delta * Identity(1)))
-is_t = page(suppose(W_0 * D_q * w_j, delta * t_j))
-is_W_1 = page(let(W_1, W_0 - t_j * w_j.T))
+is_delta = page.suppose(w_j.T * D_q * w_j, delta * Identity(1))
+is_t = page.suppose(W_0 * D_q * w_j, delta * t_j)
+is_W_1 = page.let(W_1, W_0 - t_j * w_j.T)
 page(
-    derive("44", "one row of a prediction", W_1 * D_q * W_1.T + delta * t_j * t_j.T)
+    factored.derive(
+        "44", "one row of a prediction", W_1 * D_q * W_1.T + delta * t_j * t_j.T
+    )
     .put(is_W_1)
     .expand()
     .use(is_t)
     .use(is_delta)
 )
 page(
-    derive("", "nothing of the last row is left", W_1 * D_q * w_j).use(
+    factored.derive("", "nothing of the last row is left", W_1 * D_q * w_j).use(
         is_W_1, is_t, is_delta
     )
 )

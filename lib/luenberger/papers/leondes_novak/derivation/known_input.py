@@ -20,17 +20,12 @@ from matrixproof import (
 )
 
 from .huddle import measured, plant
-from .letters import *
+from .letters import SOURCE, I, letters, m, n, p
+from .letters.plant import A, B, C, E, Q, R, S, u, v, w, x, x_next, y
 
 j = symbols("n_u", integer=True, nonnegative=True)
 both, noises = j + n, j + m + n + p
 letters = letters.here()
-derive, let, moment, suppose = (
-    letters.derive,
-    letters.let,
-    letters.moment,
-    letters.suppose,
-)
 gone = ZeroMatrix
 A_1 = letters("A1", n, n, "what a multiplicative noise does to the state")
 C_1 = letters("C1", p, n, "what it does to the measurement")
@@ -66,22 +61,24 @@ placed = letters("Pi_y", p + m, p, "columns of it that place the plant's measure
 page = Page(letters=letters, source=f"our own; {SOURCE}, (1)-(5)")
 
 page("The input comes from a model with noises of its own.")
-is_s_next = page(let(s_next, A_u * s + w_u))
-is_u = page(let(u, C_u * s + v_u))
+is_s_next = page.let(s_next, A_u * s + w_u)
+is_u = page.let(u, C_u * s + v_u)
 page(plant, measured)
 
 page("Model and plant have these states, and the input stands beside the measurement.")
-is_x_in = page(let(x_in, BlockMatrix([[s], [x]])))
-is_x_in_next = page(let(x_in_next, BlockMatrix([[s_next], [x_next]])))
-is_y_in = page(let(y_in, BlockMatrix([[y], [u]])))
-is_A_in = page(let(A_in, BlockMatrix([[A_u, gone(j, n)], [B * C_u, A]])))
-is_C_in = page(let(C_in, BlockMatrix([[E * C_u, C], [C_u, gone(m, n)]])))
-is_w_in = page(let(w_in, BlockMatrix([[w_u], [B * v_u + w]])))
-is_v_in = page(let(v_in, BlockMatrix([[E * v_u + v], [v_u]])))
+is_x_in = page.let(x_in, BlockMatrix([[s], [x]]))
+is_x_in_next = page.let(x_in_next, BlockMatrix([[s_next], [x_next]]))
+is_y_in = page.let(y_in, BlockMatrix([[y], [u]]))
+is_A_in = page.let(A_in, BlockMatrix([[A_u, gone(j, n)], [B * C_u, A]]))
+is_C_in = page.let(C_in, BlockMatrix([[E * C_u, C], [C_u, gone(m, n)]]))
+is_w_in = page.let(w_in, BlockMatrix([[w_u], [B * v_u + w]]))
+is_v_in = page.let(v_in, BlockMatrix([[E * v_u + v], [v_u]]))
 
 page("They move as a plant without input does,")
 page(
-    derive("1", "model and plant without an input", A_in * x_in + w_in - x_in_next)
+    letters.derive(
+        "1", "model and plant without an input", A_in * x_in + w_in - x_in_next
+    )
     .multiply(is_A_in, is_x_in, is_w_in, is_x_in_next)
     .put(is_s_next, plant, is_u)
     .expand()
@@ -89,7 +86,7 @@ page(
 
 page("and measurement and input are what is measured of it.")
 page(
-    derive("2", "measurement and input of both", C_in * x_in + v_in - y_in)
+    letters.derive("2", "measurement and input of both", C_in * x_in + v_in - y_in)
     .multiply(is_C_in, is_x_in, is_v_in, is_y_in)
     .put(measured, is_u)
     .expand()
@@ -97,60 +94,48 @@ page(
 
 page("""Its noises come from four white ones. Those of the input are independent of
     those of the plant.""")
-is_omega = page(let(omega, BlockMatrix([[w_u], [v_u], [w], [v]])))
-is_N_w = page(
-    let(
-        N_w,
-        BlockMatrix(
-            [
-                [Identity(j), gone(j, m), gone(j, n), gone(j, p)],
-                [gone(n, j), B, I, gone(n, p)],
-            ]
-        ),
-    )
+is_omega = page.let(omega, BlockMatrix([[w_u], [v_u], [w], [v]]))
+is_N_w = page.let(
+    N_w,
+    BlockMatrix(
+        [
+            [Identity(j), gone(j, m), gone(j, n), gone(j, p)],
+            [gone(n, j), B, I, gone(n, p)],
+        ]
+    ),
 )
-is_N_v = page(
-    let(
-        N_v,
-        BlockMatrix(
-            [
-                [gone(p, j), E, gone(p, n), Identity(p)],
-                [gone(m, j), Identity(m), gone(m, n), gone(m, p)],
-            ]
-        ),
-    )
+is_N_v = page.let(
+    N_v,
+    BlockMatrix(
+        [
+            [gone(p, j), E, gone(p, n), Identity(p)],
+            [gone(m, j), Identity(m), gone(m, n), gone(m, p)],
+        ]
+    ),
 )
-is_omega_omega = page(moment(omega * omega.T, Q_all))
-is_Q_all = page(
-    suppose(
-        Q_all,
-        BlockMatrix(
-            [
-                [Q_u, S_u, gone(j, n), gone(j, p)],
-                [S_u.T, R_u, gone(m, n), gone(m, p)],
-                [gone(n, j), gone(n, m), Q, S],
-                [gone(p, j), gone(p, m), S.T, R],
-            ]
-        ),
-    )
+is_omega_omega = page.moment(omega * omega.T, Q_all)
+is_Q_all = page.suppose(
+    Q_all,
+    BlockMatrix(
+        [
+            [Q_u, S_u, gone(j, n), gone(j, p)],
+            [S_u.T, R_u, gone(m, n), gone(m, p)],
+            [gone(n, j), gone(n, m), Q, S],
+            [gone(p, j), gone(p, m), S.T, R],
+        ]
+    ),
 )
-is_Q_in = page(
-    let(
-        Q_in,
-        BlockMatrix([[Q_u, S_u * B.T], [B * S_u.T, Q + B * R_u * B.T]]),
-    )
+is_Q_in = page.let(
+    Q_in,
+    BlockMatrix([[Q_u, S_u * B.T], [B * S_u.T, Q + B * R_u * B.T]]),
 )
-is_R_in = page(
-    let(
-        R_in,
-        BlockMatrix([[R + E * R_u * E.T, E * R_u], [R_u * E.T, R_u]]),
-    )
+is_R_in = page.let(
+    R_in,
+    BlockMatrix([[R + E * R_u * E.T, E * R_u], [R_u * E.T, R_u]]),
 )
-is_S_in = page(
-    let(
-        S_in,
-        BlockMatrix([[S_u * E.T, S_u], [S + B * R_u * E.T, B * R_u]]),
-    )
+is_S_in = page.let(
+    S_in,
+    BlockMatrix([[S_u * E.T, S_u], [S + B * R_u * E.T, B * R_u]]),
 )
 to_states = page.chain(
     "4",
@@ -190,21 +175,23 @@ of_both = page.chain(
 )
 
 page("A noise that multiplies the state of the plant acts on that state alone.")
-is_picked = page(let(picked, BlockMatrix([[gone(n, j), I]])))
-is_placed = page(let(placed, BlockMatrix([[Identity(p)], [gone(m, p)]])))
-is_A1_in = page(let(A1_in, picked.T * A_1 * picked))
-is_C1_in = page(let(C1_in, placed * C_1 * picked))
+is_picked = page.let(picked, BlockMatrix([[gone(n, j), I]]))
+is_placed = page.let(placed, BlockMatrix([[Identity(p)], [gone(m, p)]]))
+is_A1_in = page.let(A1_in, picked.T * A_1 * picked)
+is_C1_in = page.let(C1_in, placed * C_1 * picked)
 own = page(
-    derive("1", "the state of the plant", picked * x_in).multiply(is_picked, is_x_in)
+    letters.derive("1", "the state of the plant", picked * x_in).multiply(
+        is_picked, is_x_in
+    )
 )
 page(
-    derive("1", "what a multiplicative noise does to both states", A1_in * x_in)
+    letters.derive("1", "what a multiplicative noise does to both states", A1_in * x_in)
     .put(is_A1_in)
     .use(own)
     .multiply(is_picked)
 )
 page(
-    derive("2", "what it does to both measurements", C1_in * x_in)
+    letters.derive("2", "what it does to both measurements", C1_in * x_in)
     .put(is_C1_in)
     .use(own)
     .multiply(is_placed)

@@ -27,11 +27,12 @@ from .known_input import (
     x_in,
     y_in,
 )
-from .letters import *
+from .letters import SOURCE, m, n, p, r
+from .letters.observer import D, F, G, T, T_next, z, z_next
+from .letters.plant import u, y
 
 q = symbols("q", integer=True, nonnegative=True)
 letters = known_input.letters.here()
-let = letters.let
 L_any = letters("L_any", q, n, "what is estimated of the state")
 P_any = letters("P_any", q, r, "weight of the observer in the estimate of that")
 V_any = letters("V_any", q, p, "weight of the measurement in it")
@@ -51,34 +52,34 @@ page = Page(letters=letters, source=f"our own; {SOURCE}, (7)-(13)")
 page("""An observer uses the input as it uses a measurement. What it follows and what it
     estimates are of the plant.""")
 page(is_x_in, is_y_in, moves)
-estimates = page(let(w_hat, P_any * z + V_any * y + W_any * u, "12"))
-is_D_in = page(let(D_in, BlockMatrix([[D, G]])))
-is_V_in = page(let(V_in, BlockMatrix([[V_any, W_any]])))
+estimates = page.let(w_hat, P_any * z + V_any * y + W_any * u, "12")
+is_D_in = page.let(D_in, BlockMatrix([[D, G]]))
+is_V_in = page.let(V_in, BlockMatrix([[V_any, W_any]]))
 page(
-    derive("7", "the observer has no input", F * z + D_in * y_in - z_next)
+    letters.derive("7", "the observer has no input", F * z + D_in * y_in - z_next)
     .multiply(is_D_in, is_y_in)
     .put(moves)
     .expand()
 )
 page(
-    derive("12", "its estimate has none", P_any * z + V_in * y_in - w_hat)
+    letters.derive("12", "its estimate has none", P_any * z + V_in * y_in - w_hat)
     .multiply(is_V_in, is_y_in)
     .put(estimates)
     .expand()
 )
 page(is_picked, own)
-is_T_in = page(let(T_in, T * picked))
-is_T_ahead = page(let(T_ahead, T_next * picked))
-is_L_in = page(let(L_in, L_any * picked))
-page(derive("8", "it follows the plant", T_in * x_in).put(is_T_in).use(own))
-page(derive("13", "it estimates the plant", L_in * x_in).put(is_L_in).use(own))
+is_T_in = page.let(T_in, T * picked)
+is_T_ahead = page.let(T_ahead, T_next * picked)
+is_L_in = page.let(L_in, L_any * picked)
+page(letters.derive("8", "it follows the plant", T_in * x_in).put(is_T_in).use(own))
+page(letters.derive("13", "it estimates the plant", L_in * x_in).put(is_L_in).use(own))
 
 page("""What Luenberger's condition leaves of both is what the two conditions on the
     plant leave. An observer that meets these two is exact for every input.""")
 page(is_N_1, is_N_2, is_A_in, is_C_in)
 rest = T_ahead * A_in - F * T_in - D_in * C_in
 page(
-    derive("9, 10", "what is left of the condition on both", rest)
+    letters.derive("9, 10", "what is left of the condition on both", rest)
     .put(is_T_ahead, is_T_in)
     .multiply(is_picked, is_A_in, is_D_in, is_C_in)
     .fold(is_N_1, is_N_2)

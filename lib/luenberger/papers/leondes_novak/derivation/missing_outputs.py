@@ -10,10 +10,13 @@ Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 
 from sympy import symbols
 
-from matrixproof import Line, Page, ZeroMatrix
+from matrixproof import Identity, Line, Page, ZeroMatrix
 
 from . import quadratic
-from .letters import *
+from .letters import I, letters, m1, n, p, r
+from .letters.canonical import C_1
+from .letters.plant import C, R
+from .letters.step import K, M, Omega
 from .quadratic import is_M, joseph
 
 pa, pm = symbols("p_a p_m", integer=True, nonnegative=True)
@@ -39,7 +42,7 @@ page = Page(letters=letters, source="our own")
 
 page("""A gain that may use only what arrived is `K = K_a Pick`. Its cost is that of the
     shorter problem, in which `Pick C` is measured with the noise that is picked.""")
-is_K = page(let(K, K_a * Pick))
+is_K = page.let(K, K_a * Pick)
 page.chain(
     "27",
     "the cost is that of the shorter problem",
@@ -65,10 +68,10 @@ page.at("32", says, quadratic.slope, Y=left, Sigma_next=cost, **shorter)
 
 page("""If an accurate output is missing, with the row `c`, the others leave one
     direction more free: the one that it alone would have shown.""")
-others = page(suppose(C_1 * N_c, ZeroMatrix(m1, r - 1)))
-too = page(suppose(c * N_c, ZeroMatrix(1, r - 1)))
-alone = page(suppose(C_1 * g_c, ZeroMatrix(m1, 1)))
-shown = page(suppose(c * g_c, Identity(1)))
+others = page.suppose(C_1 * N_c, ZeroMatrix(m1, r - 1))
+too = page.suppose(c * N_c, ZeroMatrix(1, r - 1))
+alone = page.suppose(C_1 * g_c, ZeroMatrix(m1, 1))
+shown = page.suppose(c * g_c, Identity(1))
 page.chain(
     "",
     "the others show nothing of it",
@@ -88,9 +91,9 @@ page("""Another way to leave an output out is to give it infinite noise. In bloc
     what arrived and what is missing, the gain solves two equations. The Schur
     complement `M_s` grows with the noise, so `K_m` goes to zero, and what is left of
     `K_a` is the gain without the missing outputs.""")
-is_M_s = page(let(M_s, M_mm - M_ma * M_aa.I * M_ma.T))
-is_K_m = page(let(K_m, (N_m - N_a * M_aa.I * M_ma.T) * M_s.I))
-is_K_a = page(let(K_a, (N_a - K_m * M_ma) * M_aa.I))
+is_M_s = page.let(M_s, M_mm - M_ma * M_aa.I * M_ma.T)
+is_K_m = page.let(K_m, (N_m - N_a * M_aa.I * M_ma.T) * M_s.I)
+is_K_a = page.let(K_a, (N_a - K_m * M_ma) * M_aa.I)
 page.chain(
     "33",
     "the columns of what arrived",
@@ -106,7 +109,7 @@ page.chain(
     Line(N_a * M_aa.I * M_ma.T + K_m * M_s, by=(is_M_s,)),
     Line(N_m, by=(is_K_m,)),
 )
-no_gain = page(suppose(K_m, ZeroMatrix(n, pm)))
+no_gain = page.suppose(K_m, ZeroMatrix(n, pm))
 page.chain(
     "33",
     "the limit of infinite noise",

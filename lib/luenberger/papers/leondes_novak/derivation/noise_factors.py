@@ -8,7 +8,7 @@ Source: our own; the recursions are Leondes and Novak's (1974), (11), (26).
 
 from sympy import symbols
 
-from matrixproof import Page, ZeroMatrix, equivalent
+from matrixproof import Identity, Page, ZeroMatrix, equivalent
 
 from .correlated_noise import (
     decorrelation,
@@ -18,13 +18,15 @@ from .correlated_noise import (
     is_X_next,
     told,
 )
-from .letters import *
+from .letters import SOURCE, letters, n, p, r
+from .letters.observer import D, F, P, T_next, V, X, X_next
+from .letters.plant import C, J, Q, Qs, R, S
+from .letters.step import K, M, Sigma
 from .quadratic import is_M, is_N
 from .steady_gain import over
 
 k, q = symbols("k q", integer=True, nonnegative=True)
 letters = letters.here()
-derive, let, suppose = letters.derive, letters.let, letters.suppose
 H = letters("H", r, k, "factor of `X`")
 G = letters("G", n, q, "factor of `Qs`")
 Nw = letters("Nw", n, q, "rows of the common factor: the process noise")
@@ -41,15 +43,15 @@ page = Page(letters=letters, source=f"our own; {SOURCE}")
 
 page("""The error of any observer has a factor as well. If the noises are correlated
     they share one, with `Nw` and `Nv` for its rows.""")
-is_X = page(suppose(H * H.T, X))
-is_R = page(suppose(Nv * Nv.T, R))
-is_Q = page(suppose(Nw * Nw.T, Q))
-is_S = page(suppose(Nw * Nv.T, S))
-is_moved = page(let(moved, F * H, "11"))
-is_drive = page(let(drive, D * Nv - T_next * Nw, "11"))
+is_X = page.suppose(H * H.T, X)
+is_R = page.suppose(Nv * Nv.T, R)
+is_Q = page.suppose(Nw * Nw.T, Q)
+is_S = page.suppose(Nw * Nv.T, S)
+is_moved = page.let(moved, F * H, "11")
+is_drive = page.let(drive, D * Nv - T_next * Nw, "11")
 page(is_X_next)
-is_shown = page(let(shown, P * H, "26"))
-is_drawn = page(let(drawn, V * Nv, "26"))
+is_shown = page.let(shown, P * H, "26")
+is_drawn = page.let(drawn, V * Nv, "26")
 page(is_Sigma)
 
 root_error = page.program(
@@ -71,14 +73,16 @@ page(*equivalent(root_error, error_recursion, *known, same=squares))
 page("""What the measurement's noise tells of the process noise is taken out of the
     shared factor, too.""")
 page(told)
-is_what_is_left = page(let(G, Nw - J * Nv))
+is_what_is_left = page.let(G, Nw - J * Nv)
 page(is_Qs)
 page("""Where `R` is singular, `J R = S` leaves `J` free in the directions `b` without
     noise.""")
 page(is_M, is_N)
-silent = page(suppose(b.T * R, ZeroMatrix(q, p)))
+silent = page.suppose(b.T * R, ZeroMatrix(q, p))
 page(
-    derive("", "what may be added to the matrix that is told", (J + Z * b.T) * R)
+    letters.derive(
+        "", "what may be added to the matrix that is told", (J + Z * b.T) * R
+    )
     .use(silent)
     .fold(told)
 )
@@ -87,7 +91,7 @@ page("""The prediction then differs by what `b` shows of the residual. That part
     residual vanishes for the Kalman filter, and for accurate outputs without noise.
     Beside a noisy output that is treated as exact it does not vanish.""")
 page(
-    derive(
+    letters.derive(
         "",
         "what combinations without noise show of the residual",
         b.T * (Identity(p) - C * K) * M,

@@ -8,9 +8,16 @@ Source: Leondes and Novak (1974), section III, (27)-(33), in any coordinates.
 
 from sympy import Trace
 
-from matrixproof import Expect, Line, Page, ZeroMatrix
+from matrixproof import Expect, Identity, Line, Page, ZeroMatrix
 
-from .letters import *
+from .letters import SOURCE, I, letters, n, p
+from .letters.accurate import L_M, W_e
+from .letters.plant import A, C, Q, R, v_next, w
+from .letters.step import K, Kmv, M, N, Omega, Sigma, Sigma_next, Y, e
+
+letters = letters.here()
+e_minus = letters("e_minus", n, 1, "error of the prediction")
+e_next = letters("e_next", n, 1, "error of the estimate one step on")
 
 
 def joseph(K, C, Omega, R):
@@ -23,10 +30,10 @@ page = Page(letters=letters, source=f"{SOURCE}, section III")
 
 page("""A prediction errs by `A e - w`, where `e` is the error of the estimate that is
     moved on. Noise is independent of everything that was measured before it.""")
-is_Sigma = page(moment(e * e.T, Sigma, "27"))
-is_Q = page(moment(w * w.T, Q, "4"))
-apart = page(moment(e * w.T, ZeroMatrix(n, n)))
-is_Omega = page(let(Omega, A * Sigma * A.T + Q, "44"))
+is_Sigma = page.moment(e * e.T, Sigma, "27")
+is_Q = page.moment(w * w.T, Q, "4")
+apart = page.moment(e * w.T, ZeroMatrix(n, n))
+is_Omega = page.let(Omega, A * Sigma * A.T + Q, "44")
 page.chain(
     "28, 44",
     "the covariance of a prediction",
@@ -37,11 +44,11 @@ page.chain(
 
 page("""The next measurement corrects it. For any gain `K` an unbiased estimate errs as
     follows, so its covariance has two terms.""")
-is_e_next = page(let(e_next, Y * e_minus + K * v_next, "26"))
-is_e_minus = page(moment(e_minus * e_minus.T, Omega))
-is_R = page(moment(v_next * v_next.T, R, "4"))
-fresh = page(moment(e_minus * v_next.T, ZeroMatrix(n, p)))
-is_Sigma_next = page(let(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27"))
+is_e_next = page.let(e_next, Y * e_minus + K * v_next, "26")
+is_e_minus = page.moment(e_minus * e_minus.T, Omega)
+is_R = page.moment(v_next * v_next.T, R, "4")
+fresh = page.moment(e_minus * v_next.T, ZeroMatrix(n, p))
+is_Sigma_next = page.let(Sigma_next, Y * Omega * Y.T + K * R * K.T, "27")
 page(
     letters.derive("27", "the covariance of the error, for any gain", e_next * e_next.T)
     .put(is_e_next)
@@ -50,9 +57,9 @@ page(
 )
 
 page("Multiplied out it is a quadratic in the gain. Three composites get letters.")
-is_Y = page(let(Y, I - K * C, "13"))
-is_M = page(let(M, C * Omega * C.T + R, "33"))
-is_N = page(let(N, Omega * C.T, "33"))
+is_Y = page.let(Y, I - K * C, "13")
+is_M = page.let(M, C * Omega * C.T + R, "33")
+is_N = page.let(N, Omega * C.T, "33")
 multiplied = page(
     letters.derive(
         "27–29", "the error covariance is a quadratic in the gain", Sigma_next
@@ -81,7 +88,7 @@ square = page(
     .put(multiplied)
     .square(K, is_Kmv)
 )
-root_M = page(suppose(M, L_M * L_M.T))
+root_M = page.suppose(M, L_M * L_M.T)
 page(
     letters.derive(
         "33", "no gain does better than the Kalman filter's", square.right

@@ -10,7 +10,10 @@ Source: our own.
 
 from matrixproof import Identity, Page
 
-from .letters import *
+from .letters import I, letters, n, p
+from .letters.accurate import Gamma
+from .letters.plant import As, C, Qs, R
+from .letters.step import K, Kmv, M, N, Omega, Sigma, Sigma_next
 from .quadratic import is_Kmv, is_M, is_N
 
 ratio = letters.here(
@@ -19,7 +22,6 @@ ratio = letters.here(
     Sigma_next="covariance of the next estimate",
     K="the gain",
 )
-derive, let, suppose = ratio.derive, ratio.let, ratio.suppose
 Sigma_f = ratio("Sigma_f", n, n, "that of the full recursion", symmetric=True)
 Omega_f = ratio("Omega_f", n, n, "the same of its prediction", symmetric=True)
 M_f = ratio("M_f", p, p, "the same of its innovation", symmetric=True)
@@ -48,12 +50,12 @@ page = Page(letters=ratio, source="our own")
 
 page("""Let `Sigma_f` be at most `(1 + g) Sigma`. Noise is the same in both, so a
     prediction keeps the ratio.""")
-is_Omega = page(let(Omega, As * Sigma * As.T + Qs, "44"))
-is_Omega_f = page(let(Omega_f, As * Sigma_f * As.T + Qs, "44"))
-is_R_Q = page(suppose(Qs, R_Q * R_Q.T))
-is_R_s = page(suppose((1 + g) * Sigma, Sigma_f + R_s * R_s.T))
+is_Omega = page.let(Omega, As * Sigma * As.T + Qs, "44")
+is_Omega_f = page.let(Omega_f, As * Sigma_f * As.T + Qs, "44")
+is_R_Q = page.suppose(Qs, R_Q * R_Q.T)
+is_R_s = page.suppose((1 + g) * Sigma, Sigma_f + R_s * R_s.T)
 page(
-    derive("", "a prediction keeps the ratio", (1 + g) * Omega)
+    ratio.derive("", "a prediction keeps the ratio", (1 + g) * Omega)
     .put(is_Omega)
     .by(As * Sigma_f * As.T + As * R_s * (As * R_s).T + Qs + g * Qs, is_R_s)
     .drop(of=R_s)
@@ -64,14 +66,14 @@ page(
 page("""So does a reading: any gain makes of both covariances what keeps the ratio, and
     no gain leaves less than the gain of minimum variance.""")
 page(is_N, is_M, is_Kmv)
-is_N_f = page(let(N_f, Omega_f * C.T))
-is_M_f = page(let(M_f, C * Omega_f * C.T + R))
-is_Kmv_f = page(suppose(Kmv_f * M_f, N_f))
-is_R_f = page(suppose(M_f, R_f * R_f.T))
-is_R_R = page(suppose(R, R_R * R_R.T))
-is_R_o = page(suppose((1 + g) * Omega, Omega_f + R_o * R_o.T))
+is_N_f = page.let(N_f, Omega_f * C.T)
+is_M_f = page.let(M_f, C * Omega_f * C.T + R)
+is_Kmv_f = page.suppose(Kmv_f * M_f, N_f)
+is_R_f = page.suppose(M_f, R_f * R_f.T)
+is_R_R = page.suppose(R, R_R * R_R.T)
+is_R_o = page.suppose((1 + g) * Omega, Omega_f + R_o * R_o.T)
 page(
-    derive("", "a reading keeps the ratio", (1 + g) * (Omega - N * Kmv.T))
+    ratio.derive("", "a reading keeps the ratio", (1 + g) * (Omega - N * Kmv.T))
     .by((1 + g) * joseph(Kmv, Omega), is_N, is_M, is_Kmv)
     .insert(joseph(Kmv, Omega_f + R_o * R_o.T) + g * Kmv * R * Kmv.T, is_R_o)
     .drop(is_R_R, of=g)
@@ -86,22 +88,24 @@ page(
 page("""Accurate outputs cost `W_a M W_a'` beside that, where `W_a M = Gamma R`. It
     grows where `M` shrinks; but `M` keeps the ratio too, in either direction.""")
 noise = page(
-    derive("", "what is left of accurate outputs", (Identity(p) - C * Kmv) * M)
+    ratio.derive("", "what is left of accurate outputs", (Identity(p) - C * Kmv) * M)
     .use(is_Kmv)
     .put(is_M, is_N)
     .expand()
 )
-is_W_a = page(let(W_a, Gamma - Gamma * C * Kmv))
+is_W_a = page.let(W_a, Gamma - Gamma * C * Kmv)
 cost = page(
-    derive("", "what accurate outputs add to the gain", W_a * M).put(is_W_a).use(noise)
+    ratio.derive("", "what accurate outputs add to the gain", W_a * M)
+    .put(is_W_a)
+    .use(noise)
 )
-is_W_f = page(suppose(W_f * M_f, Gamma * R))
-is_R_M = page(suppose(M, R_M * R_M.T))
-is_R_m = page(suppose((1 + g) * M_f, M + R_m * R_m.T))
+is_W_f = page.suppose(W_f * M_f, Gamma * R)
+is_R_M = page.suppose(M, R_M * R_M.T)
+is_R_m = page.suppose((1 + g) * M_f, M + R_m * R_m.T)
 more = W_f - (1 + g) * W_a
 says = "what accurate outputs cost keeps the ratio"
 page(
-    derive(
+    ratio.derive(
         "", "what accurate outputs cost keeps the ratio", (1 + g) ** 2 * W_a * M * W_a.T
     )
     .by(
@@ -118,13 +122,13 @@ page("""With `Sigma` and `Sigma_f` in each other's place the same holds in the o
     direction. So the predictions differ by no more than `g Omega`. A difference of
     estimates does not grow, measured by the covariances: not from a prediction to its
     estimate, and not from there to the next prediction.""")
-is_R_u = page(suppose((1 + g) * Omega_f, Omega + R_u * R_u.T))
+is_R_u = page.suppose((1 + g) * Omega_f, Omega + R_u * R_u.T)
 page(
-    derive("", "how far the predictions differ from below", g * Omega)
+    ratio.derive("", "how far the predictions differ from below", g * Omega)
     .by((1 + g) * (Omega - Omega_f) + R_u * R_u.T, is_R_u)
     .drop(of=R_u)
 )
-is_Joseph = page(let(Sigma_next, joseph(K, Omega), "27"))
+is_Joseph = page.let(Sigma_next, joseph(K, Omega), "27")
 says = "a reading makes no difference larger"
-page(derive("", says, Sigma_next).put(is_Joseph).drop(is_R_R))
-page(derive("", "nor does a prediction", Omega).put(is_Omega).drop(is_R_Q))
+page(ratio.derive("", says, Sigma_next).put(is_Joseph).drop(is_R_R))
+page(ratio.derive("", "nor does a prediction", Omega).put(is_Omega).drop(is_R_Q))

@@ -12,11 +12,12 @@ from matrixproof import Page, Stage, ZeroMatrix
 
 from ....theory import observer
 from .huddle import driven, dynamics, follows, follows_next, moves
-from .letters import *
+from .letters import SOURCE, letters, m, n, p, r
+from .letters.observer import D, F, G, T, z, z_next
+from .letters.plant import A, B, C, E, u, x, x_next, y
 
 d, q = symbols("d q", integer=True, nonnegative=True)
 letters = letters.here()
-let, suppose = letters.let, letters.suppose
 L = letters("L", q, n, "what is wanted of the state")
 P = letters("P", q, r, "weight of the observer in the estimate")
 V = letters("V", q, p, "weight of the measurement in the estimate")
@@ -33,8 +34,8 @@ page = Page(letters=letters, source=SOURCE)
 
 page("""Both noises of the plant come from one white vector `xi`, so that they may be
     correlated.""")
-plant = page(let(x_next, A * x + B * u + Hw * xi, "1"))
-measured = page(let(y, C * x + E * u + Hv * xi, "2"))
+plant = page.let(x_next, A * x + B * u + Hw * xi, "1")
+measured = page.let(y, C * x + E * u + Hv * xi, "2")
 
 page("The observer moves as any observer does, and Luenberger's conditions hold.")
 page(moves, follows, follows_next, dynamics, driven)
@@ -43,11 +44,11 @@ page.at("11", "the error is driven by the noises alone", observer.free, **noises
 
 page("""What is wanted is `L x`. Its estimate combines the observer with measurement and
     input, and is unbiased if two residuals vanish, as in (13).""")
-wanted = page(let(w, L * x))
-estimate = page(let(w_hat, P * z + V * y + W * u, "12"))
-unbiased = page(suppose(P * T + V * C, L, "13"))
-is_W = page(let(W, -V * E))
-is_e = page(let(e, w_hat - L * x))
+wanted = page.let(w, L * x)
+estimate = page.let(w_hat, P * z + V * y + W * u, "12")
+unbiased = page.suppose(P * T + V * C, L, "13")
+is_W = page.let(W, -V * E)
+is_e = page.let(e, w_hat - L * x)
 page.at("26", "the error of the estimate", observer.error, **noises)
 
 observer_step = page.program(
@@ -59,7 +60,7 @@ observer_step = page.program(
 
 
 page("Neither error holds the input, so that a simulation of the error leaves it out.")
-no_input = page(suppose(u, ZeroMatrix(m, 1)))
+no_input = page.suppose(u, ZeroMatrix(m, 1))
 
 side_by_side = page.program(
     "one step of plant and observer",

@@ -14,6 +14,7 @@ from sympy import symbols
 from matrixproof import (
     BlockMatrix,
     Derivation,
+    Identity,
     Line,
     Page,
     Stage,
@@ -23,12 +24,14 @@ from matrixproof import (
 )
 
 from .best_coordinates import gain_stage, gain_step
-from .letters import *
+from .letters import SOURCE, I, letters, n, p
+from .letters.accurate import Gamma
+from .letters.plant import As, C, Qs, R
+from .letters.step import K, Kmv, M, N, Omega, Sigma, Sigma_next, Y
 from .quadratic import is_M, is_N, is_Sigma_next, is_Y
 
 d, k, q, s = symbols("d k q s", integer=True, nonnegative=True)
 letters = letters.here()
-let, suppose = letters.let, letters.suppose
 H = letters("H", n, d, "factor of `Sigma`")
 H_minus = letters("H_minus", n, k, "factor of `Omega`")
 G = letters("G", n, q, "factor of `Qs`")
@@ -53,9 +56,9 @@ page = Page(letters=letters, source=f"our own; {SOURCE}", witness=WITNESS)
 
 page("""A factor of a covariance moves as the error does, and a factor of the noise
     stands beside it.""")
-is_H = page(suppose(H * H.T, Sigma))
-is_G = page(suppose(G * G.T, Qs))
-is_Omega = page(let(Omega, As * Sigma * As.T + Qs, "44"))
+is_H = page.suppose(H * H.T, Sigma)
+is_G = page.suppose(G * G.T, Qs)
+is_Omega = page.let(Omega, As * Sigma * As.T + Qs, "44")
 page.chain(
     "44",
     "a factor of the covariance of the prediction",
@@ -66,8 +69,8 @@ page.chain(
 )
 
 page("The gain takes from it what the outputs show.")
-is_H_minus = page(suppose(H_minus * H_minus.T, Omega))
-is_L = page(let(L, C * H_minus))
+is_H_minus = page.suppose(H_minus * H_minus.T, Omega)
+is_L = page.let(L, C * H_minus)
 page(is_M, is_N)
 factored_M = page.chain(
     "33",
@@ -88,9 +91,9 @@ factored_N = page.chain(
 
 
 page("A factor `Z` of `M` takes the place of `M`, which holds half of the digits.")
-is_R = page(suppose(V * V.T, R))
-is_Z = page(let(Z, BlockMatrix([[L, V]])))
-is_H_0 = page(let(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]])))
+is_R = page.suppose(V * V.T, R)
+is_Z = page.let(Z, BlockMatrix([[L, V]]))
+is_H_0 = page.let(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]]))
 root_of_M = page.chain(
     "33",
     "a factor of the covariance of the innovation",
@@ -110,9 +113,9 @@ root_of_N = page.chain(
 page("""Where `M` is positive definite, `Z'` is a product of orthonormal columns and a
     triangle. They give the gain: `K_mv'` is the least-squares answer to `Z' K_mv' =
     H_0'`.""")
-with page.scope(suppose(Z, R_Z.T * Q_Z.T)) as triangle:
-    columns = page(suppose(Q_Z.T * Q_Z, Identity(p)))
-    definite = page(let(Kmv, H_0 * Q_Z * R_Z.T.I, "33"))
+with page.scope(letters.suppose(Z, R_Z.T * Q_Z.T)) as triangle:
+    columns = page.suppose(Q_Z.T * Q_Z, Identity(p))
+    definite = page.let(Kmv, H_0 * Q_Z * R_Z.T.I, "33")
     page.chain(
         "33",
         "the gain where the covariance is positive definite",
@@ -125,10 +128,10 @@ with page.scope(suppose(Z, R_Z.T * Q_Z.T)) as triangle:
 
 page("""Where `M` is singular, the singular values of `Z` that are rounding are left
     out. The rest give a gain that solves `K_mv M = N`.""")
-with page.scope(suppose(Z, W_Z * U_Z * D_Z * T_Z.T)) as parts:
-    left = page(suppose(U_Z.T * U_Z, Identity(s)))
-    right = page(suppose(T_Z.T * T_Z, Identity(s)))
-    singular = page(let(Kmv, H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I, "33"))
+with page.scope(letters.suppose(Z, W_Z * U_Z * D_Z * T_Z.T)) as parts:
+    left = page.suppose(U_Z.T * U_Z, Identity(s))
+    right = page.suppose(T_Z.T * T_Z, Identity(s))
+    singular = page.let(Kmv, H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I, "33")
     page.chain(
         "33",
         "the gain where the covariance is singular",
@@ -141,7 +144,7 @@ with page.scope(suppose(Z, W_Z * U_Z * D_Z * T_Z.T)) as parts:
 
 page("""Outputs without noise may determine the state: `K_mv` reads it off, and lets no
     noise in. That gain needs no solve and is right for every `Omega`.""")
-read, quiet = suppose(Kmv * C, I), suppose(Kmv * R, ZeroMatrix(n, p))
+read, quiet = letters.suppose(Kmv * C, I), letters.suppose(Kmv * R, ZeroMatrix(n, p))
 with page.scope(read, quiet):
     page.chain(
         "33",
@@ -155,8 +158,8 @@ with page.scope(read, quiet):
 page("""The next covariance is a sum of two squares for any gain, and each has a factor.
     Side by side they are a factor of the sum.""")
 page(is_Y, is_Sigma_next)
-is_kept = page(let(kept, Y * H_minus))
-is_drawn = page(let(drawn, K * V))
+is_kept = page.let(kept, Y * H_minus)
+is_drawn = page.let(drawn, K * V)
 
 
 @cache
@@ -182,7 +185,7 @@ page(*equivalent(root_update(), gain_step(), is_H_minus, is_R, same=square))
 
 page("""So a factor gets wider at every step. A matrix with orthogonal rows between the
     two factors brings it back to `n` columns.""")
-orthogonal = page(suppose(U * U.T, Identity(d)))
+orthogonal = page.suppose(U * U.T, Identity(d))
 page.chain(
     "",
     "orthogonal rows change no covariance",

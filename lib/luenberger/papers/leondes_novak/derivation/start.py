@@ -17,7 +17,9 @@ from matrixproof import (
     ZeroMatrix,
 )
 
-from .letters import *
+from .letters import SOURCE, letters, n, r
+from .letters.observer import T, T_next, eps, eps_next, z, z_next
+from .letters.plant import A, B, d, u, x, x_bar, x_next
 from .quadratic import is_Omega
 from .stochastic_system import deviation, is_d, is_Q, is_Sigma_x, white
 
@@ -33,14 +35,16 @@ page = Page(letters=letters, source=f"{SOURCE}, section III")
 
 page("""The observer starts at what is known of the first state. It then errs by what is
     not known, and the recursion starts with (36).""")
-starts = page(let(z_next, T_next * (A * x_bar + B * u), "34"))
-errs = page(let(eps_next, z_next - T_next * x_next, "8"))
+starts = page.let(z_next, T_next * (A * x_bar + B * u), "34")
+errs = page.let(eps_next, z_next - T_next * x_next, "8")
 start = page(
-    derive("34", "the error at the start", eps_next).put(errs, starts).use(deviation)
+    letters.derive("34", "the error at the start", eps_next)
+    .put(errs, starts)
+    .use(deviation)
 )
 page(is_d, is_Sigma_x, is_Q, white, is_Omega)
 page(
-    derive("35, 36", "its covariance", eps_next * eps_next.T)
+    letters.derive("35, 36", "its covariance", eps_next * eps_next.T)
     .put(start)
     .expect(is_Sigma_x, is_Q, white)
     .fold(is_Omega)
@@ -51,19 +55,19 @@ page("""An observer that starts at some other `z` errs by what the mean of the s
     first input, and then deviates from its own mean as the state does. Both deviations
     have a root in common, with `H_x` and `H_z` for its rows. In a root of the second
     moment the difference of the means is a single column beside it.""")
-is_d_z = page(let(d_z, z - z_bar))
-here = page(let(eps, z - T * x, "8"))
+is_d_z = page.let(d_z, z - z_bar)
+here = page.let(eps, z - T * x, "8")
 elsewhere = page(
-    derive("8", "the error of any start", eps)
+    letters.derive("8", "the error of any start", eps)
     .put(here)
     .by((z_bar - T * x_bar) + d_z - T * d, is_d, is_d_z)
 )
-centred = page(moment(d, ZeroMatrix(n, 1), "6"))
-centred_z = page(moment(d_z, ZeroMatrix(r, 1)))
-is_xx = page(moment(d * d.T, H_x * H_x.T))
-is_xz = page(moment(d * d_z.T, H_x * H_z.T))
-is_zz = page(moment(d_z * d_z.T, H_z * H_z.T))
-is_H_eps = page(let(H_eps, BlockMatrix([[T * H_x - H_z, z_bar - T * x_bar]])))
+centred = page.moment(d, ZeroMatrix(n, 1), "6")
+centred_z = page.moment(d_z, ZeroMatrix(r, 1))
+is_xx = page.moment(d * d.T, H_x * H_x.T)
+is_xz = page.moment(d * d_z.T, H_x * H_z.T)
+is_zz = page.moment(d_z * d_z.T, H_z * H_z.T)
+is_H_eps = page.let(H_eps, BlockMatrix([[T * H_x - H_z, z_bar - T * x_bar]]))
 page.chain(
     "35",
     "the second moment of any start",

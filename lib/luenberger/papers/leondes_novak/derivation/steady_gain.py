@@ -19,7 +19,11 @@ from matrixproof import (
 
 from .best_coordinates import gain, is_P
 from .huddle import is_F
-from .letters import *
+from .letters import I, letters, n, p, r
+from .letters.accurate import Gamma, Phat, That, W_e
+from .letters.observer import F, T_next
+from .letters.plant import A, C, Q, R
+from .letters.step import K, Kmv, M, N, Omega, Sigma, Y
 from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Y
 
 dOmega = letters("dOmega", n, n, "change of `Omega`", symmetric=True)
@@ -37,9 +41,11 @@ Gradient_K = letters("Gradient", n, p, "gradient of the steady trace in the gain
 page = Page(letters=letters, source="our own")
 
 page("A step starts from a covariance. If that moves, `Omega` moves with the plant.")
-is_dOmega = page(let(dOmega, A * dSigma_0 * A.T))
+is_dOmega = page.let(dOmega, A * dSigma_0 * A.T)
 page(
-    derive("44", "how the covariance of the prediction moves", A * Sigma * A.T + Q)
+    letters.derive(
+        "44", "how the covariance of the prediction moves", A * Sigma * A.T + Q
+    )
     .differential({Sigma: dSigma_0})
     .fold(is_dOmega)
 )
@@ -47,10 +53,10 @@ page(
 page("""The covariance of the innovation moves with it, and the gain of the Kalman
     filter as follows.""")
 page(is_N, is_M, is_Kmv)
-is_dM = page(let(dM, C * dOmega * C.T))
-is_dKmv = page(let(dKmv, (I - Kmv * C) * dOmega * C.T * M.I))
+is_dM = page.let(dM, C * dOmega * C.T)
+is_dKmv = page.let(dKmv, (I - Kmv * C) * dOmega * C.T * M.I)
 page(
-    derive("", "how the Kalman filter's gain moves", Kmv * M - Omega * C.T)
+    letters.derive("", "how the Kalman filter's gain moves", Kmv * M - Omega * C.T)
     .differential({Kmv: dKmv, M: dM, Omega: dOmega})
     .put(is_dM)
     .use(is_dKmv)
@@ -58,10 +64,10 @@ page(
 
 page("""The push leaves its part of that out. So the gain that runs moves by the same,
     less what the accurate outputs see.""")
-runs = page(let(K, gain.right, "33"))
-is_dK = page(let(dK, (I - Gamma * C) * dKmv))
+runs = page.let(K, gain.right, "33")
+is_dK = page.let(dK, (I - Gamma * C) * dKmv)
 page(
-    derive("", "how the gain moves", gain.right)
+    letters.derive("", "how the gain moves", gain.right)
     .differential({Kmv: dKmv}, held=(Gamma,))
     .fold(is_dK)
 )
@@ -70,7 +76,7 @@ page("""The push is also all that the gain lacks to solve (32): what is left ove
     noise of the accurate outputs.""")
 page(is_Y)
 over = page(
-    derive("32", "what is left over of the gradient", K * M - N)
+    letters.derive("32", "what is left over of the gradient", K * M - N)
     .put(runs)
     .use(is_Kmv)
     .put(is_N)
@@ -78,9 +84,9 @@ over = page(
 )
 
 page("With that, the next covariance moves as follows.")
-is_dSigma = page(let(dSigma, Y * dOmega * Y.T + dK * R * Gamma.T + Gamma * R * dK.T))
+is_dSigma = page.let(dSigma, Y * dOmega * Y.T + dK * R * Gamma.T + Gamma * R * dK.T)
 page(
-    derive(
+    letters.derive(
         "27",
         "how the next covariance moves",
         (I - K * C) * Omega * (I - K * C).T + K * R * K.T,
@@ -106,11 +112,11 @@ step_differential = page.program(
 
 page("""With a constant gain the error moves by `Phi`, and its covariance settles where
     one step repeats it.""")
-is_Phi = page(let(Phi, (I - K * C) * A))
-is_Q_c = page(let(Q_c, (I - K * C) * Q * (I - K * C).T + K * R * K.T))
+is_Phi = page.let(Phi, (I - K * C) * A)
+is_Q_c = page.let(Q_c, (I - K * C) * Q * (I - K * C).T + K * R * K.T)
 page(is_Omega)
 closed = page(
-    derive(
+    letters.derive(
         "27, 44",
         "one step with a constant gain",
         (I - K * C) * Omega * (I - K * C).T + K * R * K.T,
@@ -121,18 +127,20 @@ closed = page(
 
 page("The observer itself moves by less: by what it follows of that.")
 page(is_P)
-follows = page(let(T_next, That * (I - K * C), "25"))
+follows = page.let(T_next, That * (I - K * C), "25")
 page(is_F)
 moves = page(
-    derive("14, 25", "how the observer moves", F).put(is_F, follows, is_P).fold(is_Phi)
+    letters.derive("14, 25", "how the observer moves", F)
+    .put(is_F, follows, is_P)
+    .fold(is_Phi)
 )
 
 page("""The steady trace is to be least under that equation, so it gets a multiplier,
     `Lambda`. The Lagrangian must not change with `Sigma`; this says what an error costs
     from now on, each step weighing it anew.""")
-is_Lambda = page(suppose(Phi.T * Lambda * Phi + W_e, Lambda))
+is_Lambda = page.suppose(Phi.T * Lambda * Phi + W_e, Lambda)
 page(
-    derive(
+    letters.derive(
         "",
         "what an error costs in the end",
         plus(Trace(W_e * Sigma), Trace(Lambda * (Phi * Sigma * Phi.T + Q_c - Sigma))),
@@ -143,9 +151,9 @@ page(
 
 page("""Nor must it change with the gain. Its gradient is that of a single step with
     `Lambda` for the weight.""")
-is_Gradient = page(let(Gradient_K, 2 * Lambda * (K * M - N)))
+is_Gradient = page.let(Gradient_K, 2 * Lambda * (K * M - N))
 page(
-    derive(
+    letters.derive(
         "32",
         "the gradient of the steady trace",
         Trace(Lambda * (Omega - K * N.T - N * K.T + K * M * K.T)),
@@ -156,9 +164,9 @@ page(
 
 page("""So the best constant gain is the step-wise one with `Lambda` for the weight: its
     gradient vanishes in every direction that the accurate outputs leave free.""")
-orthogonal = page(suppose(Phat.T * Lambda * Gamma, ZeroMatrix(r, p)))
+orthogonal = page.suppose(Phat.T * Lambda * Gamma, ZeroMatrix(r, p))
 page(
-    derive("32", "no free direction is left", Phat.T * Gradient_K)
+    letters.derive("32", "no free direction is left", Phat.T * Gradient_K)
     .put(is_Gradient)
     .use(over, orthogonal)
 )

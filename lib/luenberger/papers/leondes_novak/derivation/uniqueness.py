@@ -22,7 +22,11 @@ from matrixproof import (
 
 from .canonical_gain import in_blocks, trace_of
 from .coordinates import is_H
-from .letters import *
+from .letters import SOURCE, letters, m1, p, p2, r
+from .letters.accurate import L_M
+from .letters.canonical import R_11, R_22, H, K_low, N_low, Omega_11
+from .letters.plant import A, C, Q, R, a
+from .letters.step import M, Omega, Sigma
 from .quadratic import is_M, is_Omega
 
 D_K = letters("Delta_K", r, p, "a change of the gains")
@@ -41,14 +45,14 @@ page = Page(letters=letters, source=f"our own; {SOURCE}, after (33)")
 page("""A change of the gains from the minimum costs `tr(Delta_K M Delta_K')`. If `M =
     L_M L_M'` with an invertible root this is a sum of squares, zero for no change but
     none.""")
-with page.scope(suppose(M, L_M * L_M.T)) as root:
+with page.scope(letters.suppose(M, L_M * L_M.T)) as root:
     page.chain(
         "33",
         "the cost of a change",
         Trace(D_K * M * D_K.T),
         Line(Trace(D_K * L_M * (D_K * L_M).T), by=(root,)),
     )
-    no_cost = page(suppose(D_K * L_M, none(r, p)))
+    no_cost = page.suppose(D_K * L_M, none(r, p))
     page.chain(
         "33",
         "a change without cost is none",
@@ -60,7 +64,7 @@ with page.scope(suppose(M, L_M * L_M.T)) as root:
 page("""If `M a = 0` for some `a`, the gains are not determined along it. Neither what
     the outputs show nor their noise moves this combination.""")
 page(is_Omega, is_M)
-singular = page(suppose(M * a, none(p, 1)))
+singular = page.suppose(M * a, none(p, 1))
 page.chain(
     "33",
     "no variance along it",
@@ -76,7 +80,7 @@ page.chain(
     (K_low + k * a.T) * M - N_low,
     Line(K_low * M - N_low, by=(singular,)),
 )
-unseen = page(suppose(N_low * a, none(r, 1)))
+unseen = page.suppose(N_low * a, none(r, 1))
 page.chain(
     "30",
     "other gains have the same trace",
@@ -88,15 +92,13 @@ page("""The paper asks for `R_22 > 0` and for a covariance of the first states' 
     that is definite. If the two groups have uncorrelated noise, the first leaves no
     `a_2`.""")
 page(is_H, in_blocks)
-uncorrelated = page(
-    suppose(
-        R,
-        BlockMatrix([[R_11, none(m1, p2)], [none(p2, m1), R_22]]),
-        "31",
-        name="the blocks of R",
-    )
+uncorrelated = page.suppose(
+    R,
+    BlockMatrix([[R_11, none(m1, p2)], [none(p2, m1), R_22]]),
+    "31",
+    name="the blocks of R",
 )
-split_a = page(suppose(a, BlockMatrix([[a_1], [a_2]])))
+split_a = page.suppose(a, BlockMatrix([[a_1], [a_2]]))
 page.chain(
     "33",
     "the noise of the other outputs",
@@ -106,9 +108,9 @@ page.chain(
 )
 
 page("The second then leaves no `a_1`, because new noise only adds to a variance.")
-only = page(suppose(a, BlockMatrix([[a_1], [none(p2, 1)]])))
-fresh = page(suppose(Omega_11, X_11 + Q_11))
-at_least = page(suppose(X_11 + R_11, L_X * L_X.T))
+only = page.suppose(a, BlockMatrix([[a_1], [none(p2, 1)]]))
+fresh = page.suppose(Omega_11, X_11 + Q_11)
+at_least = page.suppose(X_11 + R_11, L_X * L_X.T)
 page.chain(
     "33",
     "the noise of the first states",

@@ -26,7 +26,44 @@ from matrixproof import (
 from ....certificate import residuals
 from ....theory import observer as theory
 from .condition import companion_row as companion_row
-from .letters import *
+from .letters import (
+    SOURCE,
+    A,
+    C,
+    D,
+    F,
+    Identity,
+    P,
+    T,
+    ZeroMatrix,
+    eps,
+    k,
+    letters,
+    m,
+    n,
+    p,
+    r,
+    x,
+)
+
+letters = letters.here()
+B = letters("B", n, m, "what the input does to the state")
+E = letters("E", p, m, "what the input does to the measurement; zero in the paper")
+G = letters("G", r, m, "what the input does to it")
+x_next = letters("x_next", n, 1, "state one step on, or its derivative")
+u = letters("u", m, 1, "input")
+y = letters("y", p, 1, "measurement")
+z = letters("z", r, 1, "state of the observer")
+z_next = letters("z_next", r, 1, "the same one step on, or its derivative")
+w = letters("w", 1, 1, "estimate of `k x`")
+eps_next = letters("varepsilon_next", r, 1, "error one step on, or its derivative")
+J = letters("J", r, m, "what the input does to the error")
+Delta = letters("Delta", r, n, "difference of two `T`")
+A_j = letters("A_j", n, n, "`A` to the power `j`")
+F_j = letters("F_j", r, r, "`F` to the power `j`")
+P_0 = letters("P_0", 1, r, "a row with `P_0 T = k`")
+M = letters("M", r, r, "`T T'`, which has an inverse", symmetric=True)
+
 
 dynamics, drive, _, _ = residuals(
     A, B, C, E, k, F, G, D, P, ZeroMatrix(1, p), ZeroMatrix(1, m), T, T
@@ -44,15 +81,15 @@ page = Page(letters=letters, source=f"{SOURCE}, (1)-(7) and after (13)")
 
 page("""The plant and an observer that has no direct path from the measurement to the
     estimate.""")
-is_x = page(let(x_next, A * x + B * u, "1"))
-is_y = page(let(y, C * x + E * u, "1"))
-is_z = page(let(z_next, F * z + G * u + D * y, "3"))
-is_w = page(let(w, P * z, "3"))
+is_x = page.let(x_next, A * x + B * u, "1")
+is_y = page.let(y, C * x + E * u, "1")
+is_z = page.let(z_next, F * z + G * u + D * y, "3")
+is_w = page.let(w, P * z, "3")
 
 page("""Let the observer's state track `T x`, for a `T` still to be found. Its error is
     driven by itself, by the state and by the input.""")
-is_eps = page(let(eps, z - T * x, "4"))
-is_eps_next = page(let(eps_next, z_next - T * x_next, "4"))
+is_eps = page.let(eps, z - T * x, "4")
+is_eps_next = page.let(eps_next, z_next - T * x_next, "4")
 no_noise = dict(w=ZeroMatrix(n, 1), v=ZeroMatrix(p, 1), T_next=T)
 shown = dict(L=k, V=ZeroMatrix(1, p), W=ZeroMatrix(1, m), w_hat=w, e=w - k * x)
 moves = page.at("4", "how the error moves", theory.collected, **no_noise)
@@ -60,14 +97,14 @@ page.at("4", "the error of the estimate", theory.biased, **no_noise, **shown)
 
 page("""`T` is chosen so that the state does not drive the error. In `x` and the error
     plant and observer then fall apart, which is how the paper arranges it.""")
-tracked = page(suppose(T * A, F * T + D * C, "5"))
+tracked = page.suppose(T * A, F * T + D * C, "5")
 page.chain(
     "4, 5",
     "plant and observer fall apart",
     turn * moved * back,
     Line(parted, by=(tracked,)),
 )
-is_J = page(let(J, G + D * E - T * B))
+is_J = page.let(J, G + D * E - T * B)
 driven = page(
     letters.derive("4, 5", "only the input is left to drive the error", eps_next)
     .put(moves)
@@ -79,7 +116,9 @@ page("""Let the error tend to zero for all starts and inputs. With `u = 0` this 
     that `F` is stable: after `j` steps the error is `F^j` times what it was. With a
     constant `u` the error settles, and what it settles at is zero. So `J u = 0` for
     every `u`, and `J = 0`.""")
-with page.scope(suppose(eps, no_column), suppose(eps_next, no_column)) as resting:
+with page.scope(
+    letters.suppose(eps, no_column), letters.suppose(eps_next, no_column)
+) as resting:
     page.chain(
         "6",
         "the input must not drive the error",
@@ -90,7 +129,7 @@ with page.scope(suppose(eps, no_column), suppose(eps_next, no_column)) as restin
 
 page("""That is enough as well: if `J = 0` and `F` is stable, the error obeys an
     equation of its own and dies out.""")
-undriven = page(suppose(J, ZeroMatrix(r, m), "6"))
+undriven = page.suppose(J, ZeroMatrix(r, m), "6")
 page(letters.derive("6", "then nothing drives it", eps_next).put(driven).use(undriven))
 gain = page(
     letters.derive("6", "the gain of the input", G)
@@ -99,7 +138,7 @@ gain = page(
 )
 
 page("The estimate is right in the limit if besides `P T = k`.")
-read = page(suppose(P * T, k, "7"))
+read = page.suppose(P * T, k, "7")
 says = "the estimate errs by what is left of the error"
 page.at("7", says, theory.error, **no_noise, **shown)
 
@@ -112,7 +151,7 @@ page("""None of this can be avoided. Let `w - k x` tend to zero for all starts a
     `F`, `P` is observable. Hence `z` is a function of `x`, and a linear one: `z = T x`.
     The pairs that are reached stay among themselves, which is (5) and (6) once it holds
     for every `x` and `u`.""")
-with page.scope(suppose(z, T * x)) as graph:
+with page.scope(letters.suppose(z, T * x)) as graph:
     page.chain(
         "5, 6",
         "the graph is never left",
@@ -134,9 +173,9 @@ with page.scope(suppose(z, T * x)) as graph:
 
 page("""There is only one such `T`. The difference of two is not seen by `F`, `P`, and
     what is not seen is zero.""")
-apart = page(suppose(F * Delta, Delta * A))
-unread = page(suppose(P * Delta, ZeroMatrix(1, n)))
-so_far = page(suppose(F_j * Delta, Delta * A_j))
+apart = page.suppose(F * Delta, Delta * A)
+unread = page.suppose(P * Delta, ZeroMatrix(1, n))
+so_far = page.suppose(F_j * Delta, Delta * A_j)
 page(
     letters.derive("7", "powers of the difference", F * F_j * Delta)
     .use(so_far)
@@ -150,8 +189,8 @@ page(
 
 page("""For a given `T` of full row rank the paper solves `P T = k` by a formula. Its
     answer is the only row there can be.""")
-is_M = page(suppose(M, T * T.T))
-solves = page(suppose(k, P_0 * T))
+is_M = page.suppose(M, T * T.T)
+solves = page.suppose(k, P_0 * T)
 page(
     letters.derive("after 13", "the row that reads the estimate", k * T.T * M.I)
     .put(solves)

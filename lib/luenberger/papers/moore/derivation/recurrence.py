@@ -13,7 +13,60 @@ import sympy as sp
 
 from matrixproof import Construction, Page
 
-from .letters import *
+from .letters import (
+    D_1,
+    SOURCE,
+    A,
+    F,
+    Identity,
+    P,
+    S,
+    T,
+    ZeroMatrix,
+    beta,
+    c,
+    k,
+    kappa,
+    letters,
+    n,
+    r,
+)
+
+letters = letters.here()
+alpha = letters("alpha", n, 1, "coefficients of the plant's polynomial, from `alpha_0`")
+Z = letters("Z", n, n, "moves entries down by one, and columns to the left")
+f = letters("f", r, 1, "`F^n t_1`, which would be the next column of `T`")
+f_r = letters("f_r", r, 1, "`F^r t_1`, the column behind `T_1`")
+i_1 = letters("i_1", n - r, 1, "picks the first row of `S`")
+c_r = letters("c_r", 1, r, "the last row of the identity of the observer's order")
+Z_r = letters("Z_r", r, r, "moves entries down by one")
+F_c = letters("F_c", r, r, "`F` in companion form")
+N_b = letters("N_b", n - r, n - r, "what `S_2` has beside the ones of its diagonal")
+X_j = letters("X_j", n - r, n - r, "the first `j` terms of the inverse of `S_2`")
+X_jn = letters("X_j_next", n - r, n - r, "one term more")
+W_j = letters("W_j", n - r, n - r, "`-N_b` to the power `j`")
+W_jn = letters("W_j_next", n - r, n - r, "`-N_b` to the power `j + 1`")
+s_i = letters("s_i", n, 1, "row `i` of `S`, as a column")
+s_in = letters("s_i_next", n, 1, "row `i + 1` of `S`, as a column")
+S_1 = letters("S_1", n - r, r, "the first columns of `S`")
+S_2 = letters("S_2", n - r, n - r, "the other columns of `S`")
+T_1 = letters("T_1", r, r, "the first columns of `T`, a controllability matrix")
+T_2 = letters("T_2", r, n - r, "the other columns of `T`")
+k_1 = letters("k_1", 1, r, "the first entries of `k`")
+k_2 = letters("k_2", 1, n - r, "the other entries of `k`")
+g_i = letters("g_i", n, 1, "`A^i g`; `C` does not see it for `i < n - 1`")
+g_in = letters("g_i_next", n, 1, "`A^(i+1) g`")
+g_n = letters("g_n", n, 1, "`A^n g`")
+c_1 = letters("c_1", 1, n, "the row of `C`, for one output, in any coordinates")
+A_o = letters("A_o", n, n, "`A` in observable companion form")
+K = letters("K", n, n, "the columns `g`, `A g`, ..., `A^(n-1) g`")
+s_T = letters("s_tau", n, 1, "row `i` of `S` in another unit of time, as a column")
+s_Tn = letters("s_tau_next", n, 1, "row `i + 1` of it, as a column")
+k_T = letters("kappa_tau", n, 1, "the sequence in another unit of time")
+tau = letters.scalar("tau", "the unit of time", positive=True)
+lam = letters.scalar("lambda", "a power of `1/tau`", positive=True)
+Lam = letters("Lambda", n, n, "the powers 0, 1, ... of `1/tau`, on the diagonal", True)
+
 
 SIZES = ((4, 2), (2, 1), (3, 1), (3, 2), (5, 3), (6, 4))  # (n, r)
 
@@ -79,13 +132,13 @@ page = Page(letters=letters, source=f"{SOURCE}, (2), (8)-(13)")
 page("""In observable companion form the plant moves every entry down by one, and the
     last column has the coefficients of its polynomial. The one output is the last
     entry.""")
-is_A = page(suppose(A, Z - alpha * c, "2"))
+is_A = page.suppose(A, Z - alpha * c, "2")
 
 page("""Let `T` have the columns `t_1`, `F t_1`, and so on up to `F^(n-1) t_1`. Its
     columns moved to the left by one are its columns times `F`, except for the last; and
     `D` is minus the plant's polynomial at `F`, times `t_1`.""")
-columns = page(suppose(T * Z, F * T - f * c, "9"))
-is_D = page(let(D_1, -(f + T * alpha), "8"))
+columns = page.suppose(T * Z, F * T - f * c, "9")
+is_D = page.let(D_1, -(f + T * alpha), "8")
 page(
     letters.derive("5, 8, 9", "these solve the equation", T * A - F * T)
     .put(is_A)
@@ -95,7 +148,7 @@ page(
 )
 
 page("Nothing else does, for the equation moves the columns of `T` in the same way.")
-solved = page(suppose(T * A, F * T + D_1 * c, "5"))
+solved = page.suppose(T * A, F * T + D_1 * c, "5")
 page(
     letters.derive("5, 9", "nothing else solves it", T * Z)
     .insert(T * (A + alpha * c), is_A)
@@ -108,17 +161,17 @@ page("""Let `beta` be the polynomial of `F`. The first row of `S`, `i_1` picks i
     `T S'` the column `beta(F) t_1`, which is zero by Cayley and Hamilton. Every further
     row of `S` is the one before it, moved by one place; the one before it ends with a
     zero.""")
-first_row = page(suppose(T * S.T * i_1, T_1 * beta.T + f_r, "11"))
-cayley = page(suppose(f_r, -T_1 * beta.T, "12"))
+first_row = page.suppose(T * S.T * i_1, T_1 * beta.T + f_r, "11")
+cayley = page.suppose(f_r, -T_1 * beta.T, "12")
 page(
     letters.derive("11, 12", "the first row of all", T * S.T * i_1)
     .use(first_row)
     .put(cayley)
     .expand()
 )
-next_row = page(let(s_in, Z * s_i, "11"))
-ends = page(suppose(c * s_i, no_entry, "11"))
-with page.scope(suppose(T * s_i, no_column)) as gone:
+next_row = page.let(s_in, Z * s_i, "11")
+ends = page.suppose(c * s_i, no_entry, "11")
+with page.scope(letters.suppose(T * s_i, no_column)) as gone:
     page(
         letters.derive("11, 12", "one row after the other", T * s_in)
         .put(next_row)
@@ -128,8 +181,8 @@ with page.scope(suppose(T * s_i, no_column)) as gone:
 
 page("""By induction all columns of `T S'` are zero. If `k` is a combination of the rows
     of `T`, its entries obey the recurrence.""")
-read = page(suppose(k, P * T, "7"))
-annihilated = page(suppose(T * S.T, ZeroMatrix(r, n - r), "12"))
+read = page.suppose(k, P * T, "7")
+annihilated = page.suppose(T * S.T, ZeroMatrix(r, n - r), "12")
 page(
     letters.derive("10", "a combination of rows obeys the recurrence", k * S.T)
     .put(read)
@@ -138,8 +191,8 @@ page(
 
 page("""A controllable `F`, `t_1` has a companion form. `t_1` to `F^(r-1) t_1`, the
     first columns `T_1` of `T`, are independent, and take `F` to it.""")
-shifted = page(suppose(T_1 * Z_r, F * T_1 - f_r * c_r, "2"))
-is_F_c = page(let(F_c, Z_r - beta.T * c_r, "2"))
+shifted = page.suppose(T_1 * Z_r, F * T_1 - f_r * c_r, "2")
+is_F_c = page.let(F_c, Z_r - beta.T * c_r, "2")
 page(
     letters.derive("2", "the observer in companion form", T_1 * F_c)
     .put(is_F_c)
@@ -154,10 +207,10 @@ page("""Conversely let `k` obey the recurrence. Cut `S`, `T` and `k` behind colu
     diagonal. What it has beside them, `N_b`, vanishes after `n - r` steps. So it has an
     inverse, a sum of as many terms, by induction from `X_j = I`: each term more leaves
     a power more, until nothing is left.""")
-is_S_2 = page(suppose(S_2, one + N_b, "11"))
-more = page(let(X_jn, one - N_b * X_j))
-power = page(let(W_jn, -N_b * W_j))
-with page.scope(suppose(X_j + N_b * X_j, one - W_j)) as so_far:
+is_S_2 = page.suppose(S_2, one + N_b, "11")
+more = page.let(X_jn, one - N_b * X_j)
+power = page.let(W_jn, -N_b * W_j)
+with page.scope(letters.suppose(X_j + N_b * X_j, one - W_j)) as so_far:
     page(
         letters.derive("11", "the last columns have an inverse", S_2 * X_jn)
         .put(is_S_2, more)
@@ -165,8 +218,8 @@ with page.scope(suppose(X_j + N_b * X_j, one - W_j)) as so_far:
         .use(so_far)
         .fold(power)
     )
-cut_T = page(suppose(T_2 * S_2.T, -T_1 * S_1.T))
-cut_k = page(suppose(k_2 * S_2.T, -k_1 * S_1.T))
+cut_T = page.suppose(T_2 * S_2.T, -T_1 * S_1.T)
+cut_k = page.suppose(k_2 * S_2.T, -k_1 * S_1.T)
 alike = page(
     letters.derive("10", "the recurrence continues both", k_1 * T_1.I * T_2 * S_2.T)
     .use(cut_T)
@@ -177,8 +230,8 @@ continued = page(
     .insert(k_2 * S_2.T * S_2.T.I, alike)
     .expand()
 )
-read_1 = page(suppose(P * T_1, k_1, "7"))
-read_2 = page(suppose(P * T_2, k_2, "7"))
+read_1 = page.suppose(P * T_1, k_1, "7")
+read_2 = page.suppose(P * T_2, k_2, "7")
 page(
     Construction(
         "10",
@@ -193,9 +246,9 @@ page("""In other coordinates there is a state `g` that `C`, `C A`, up to `C A^(n
     not see, while `C A^(n-1) g` is one. The columns `g`, `A g`, and so on take the
     plant to the form above, because `A^n g` is a combination of them by Cayley and
     Hamilton.""")
-moved = page(suppose(K * Z, A * K - g_n * c))
-hamilton = page(suppose(g_n, -K * alpha, "12"))
-is_form = page(suppose(A_o, Z - alpha * c, "2"))
+moved = page.suppose(K * Z, A * K - g_n * c)
+hamilton = page.suppose(g_n, -K * alpha, "12")
+is_form = page.suppose(A_o, Z - alpha * c, "2")
 page(
     letters.derive("1, 2", "the plant in observable companion form", K * A_o)
     .put(is_form)
@@ -208,9 +261,9 @@ page(
 page("""So Moore's entries of `k` are the numbers `k A^i g`. They are also what the
     observer answers to `T g`, since the output does not see `A^i g` for `i < n -
     1`.""")
-next_g = page(let(g_in, A * g_i))
-hidden = page(suppose(c_1 * g_i, no_entry))
-solved_1 = page(suppose(T * A, F * T + D_1 * c_1, "5"))
+next_g = page.let(g_in, A * g_i)
+hidden = page.suppose(c_1 * g_i, no_entry)
+solved_1 = page.suppose(T * A, F * T + D_1 * c_1, "5")
 page(
     letters.derive("10", "what is tracked moves as the observer does", T * g_in)
     .put(next_g)
@@ -233,10 +286,10 @@ page("""Time can be measured in any unit. With a unit of `tau` the sequence is d
     by powers of `tau`, and `Lambda` has them on its diagonal. Row `i` with coefficients
     in this unit is called `s_tau`. By induction from the first row, whose coefficients
     are divided by powers as well, each row is that of before, divided by a number.""")
-turns = page(suppose(Lam * Z, Z * Lam / tau))
-scaled = page(let(k_T, Lam * kappa))
-further = page(let(s_Tn, Z * s_T, "11"))
-with page.scope(suppose(Lam * s_T, lam * s_i, "13")) as divided:
+turns = page.suppose(Lam * Z, Z * Lam / tau)
+scaled = page.let(k_T, Lam * kappa)
+further = page.let(s_Tn, Z * s_T, "11")
+with page.scope(letters.suppose(Lam * s_T, lam * s_i, "13")) as divided:
     page(
         letters.derive("13", "another unit of time divides the next row", Lam * s_Tn)
         .put(further)

@@ -17,8 +17,12 @@ import sympy as sp
 
 from matrixproof import Explicit, Page, Positive
 
-from .letters import *
+from .letters import D_1, SOURCE, A, F, S, T, ZeroMatrix, beta, c, kappa, letters, n, r
 from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows
+
+letters = letters.here()
+ones = letters("j", 1, n - r, "ones")
+last = letters("l", n - r, 1, "the last column of the identity")
 
 
 def stable_coefficients():
@@ -94,7 +98,7 @@ page("""If the sequence obeys the recurrence, that row times the sequence is zer
     all entries of one sign it could only be zero if every entry were. So there is no
     such observer, even if some entries are zero, where a single row need not
     contradict.""")
-obeys = page(suppose(S * kappa, no_rows, "13"))
+obeys = page.suppose(S * kappa, no_rows, "13")
 page(
     letters.derive("after 13", "the sum of the rows as well", ones * S * kappa).use(
         obeys

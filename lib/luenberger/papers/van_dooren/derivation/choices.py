@@ -11,7 +11,58 @@ import sympy as sp
 
 from matrixproof import Equation, Explicit, Iff, Page
 
-from .letters import *
+from .letters import (
+    A_U,
+    C_U,
+    T_U,
+    D,
+    F,
+    I,
+    Identity,
+    L,
+    M,
+    S,
+    X,
+    ZeroMatrix,
+    a_f,
+    both,
+    f_i,
+    i,
+    letters,
+    n,
+    r,
+    s,
+    x_i,
+)
+
+letters = letters.here()
+y_i = letters("y_i", 1, n + r - 1, "any row of the same length")
+S_t = letters("S^T", n + r - 1, n, "puts the leading entries in their places")
+E_r = letters("E_r", r - 1, n + r - 1, "picks the rows of `M` that lead no column")
+E_rt = letters("E_r^T", n + r - 1, r - 1, "puts the free entries in their places")
+x_l = letters("x_l", 1, n, "the entries of `x_i` that meet the leading rows")
+x_r = letters("x_r", 1, r - 1, "the other entries of `x_i`, which are free")
+M_r = letters("M_r", r - 1, n, "the rows of `M` that lead no column")
+dM = letters("dM", n + r - 1, n, "how `M` moves when the rows above do")
+dT_i = letters("dT_i", i, n, "how the rows above move")
+dx_i = letters("dx_i", 1, n + r - 1, "how the solution moves")
+dx_l = letters("dx_l", 1, n, "its entries that meet the leading rows")
+dx_r = letters("dx_r", 1, r - 1, "its free entries")
+dJ = letters("dJ", 1, 1, "how a function of the rows moves")
+g_l = letters("g_l", n, 1, "its gradient in the leading entries")
+g_r = letters("g_r", r - 1, 1, "its gradient in the free entries, the others held")
+z_l = letters("z_l", n, 1, "what `X` turns into `g_l`")
+W_1 = letters("W_1", s, s, "the first columns of any solution `T U`")
+N_1 = letters("N_1", s, s, "a lower triangle that eliminates")
+U_1 = letters("U_1", s, s, "a unit upper triangle")
+N_T = letters("N_T", n - r, n - r, "a lower triangle with an inverse")
+F_N = letters("F_N", n - r, n - r, "`F` in the coordinates that it makes")
+F_1 = letters("F_1", s, s, "a lower triangle with poles on its diagonal")
+F_2 = letters("F_2", s, s, "the same in other coordinates")
+back = letters("Psi", n, n, "the inverse of `Theta`")
+dTheta = letters("dTheta", n, n, "how `Theta` moves")
+dback = letters("dPsi", n, n, "how its inverse moves")
+
 
 SIZES = (2, 3)
 
@@ -64,7 +115,7 @@ page = Page(letters=letters, source="ours")
 
 page("""Take any row and correct it by the left inverse. What comes out solves the
     system of the row.""")
-left = page(suppose(L * M, I, "20"))
+left = page.suppose(L * M, I, "20")
 page(
     letters.derive("20", "a solution from any row", (y_i + (-a_f - y_i * M) * L) * M)
     .expand()
@@ -73,7 +124,7 @@ page(
 
 page("""A row that is a solution already stays as it is. So every solution is reached,
     from itself.""")
-solves = page(suppose(x_i * M, -a_f, "20"))
+solves = page.suppose(x_i * M, -a_f, "20")
 page(
     letters.derive("20", "each solution is reached", x_i + (-a_f - x_i * M) * L).use(
         solves
@@ -82,11 +133,11 @@ page(
 
 page("""The left inverse of back substitution corrects the leading entries alone. The
     others, `r - 1` of them, are free, and the leading ones follow by one triangle.""")
-whole = page(suppose(S_t * S + E_rt * E_r, Identity(n + r - 1)))
-is_X = page(suppose(S * M, X, "20"))
-is_M_r = page(suppose(E_r * M, M_r))
-is_x_l = page(suppose(x_i * S_t, x_l))
-is_x_r = page(suppose(x_i * E_rt, x_r))
+whole = page.suppose(S_t * S + E_rt * E_r, Identity(n + r - 1))
+is_X = page.suppose(S * M, X, "20")
+is_M_r = page.suppose(E_r * M, M_r)
+is_x_l = page.suppose(x_i * S_t, x_l)
+is_x_r = page.suppose(x_i * E_rt, x_r)
 split = page(
     letters.derive("remark 2(b)", "leading and free entries of a row", x_i * M)
     .insert(x_i * (S_t * S + E_rt * E_r) * M, whole)
@@ -103,8 +154,8 @@ page.chain(
 
 page("""Which coordinates has the state of the observer? A lower triangle keeps a lower
     triangle `F`, with its poles in their order.""")
-solved = page(suppose(T_U * A_U, F * T_U + D * C_U, "10"))
-moved = page(suppose(N_T * F, F_N * N_T))
+solved = page.suppose(T_U * A_U, F * T_U + D * C_U, "10")
+moved = page.suppose(N_T * F, F_N * N_T)
 page(
     letters.derive(
         "11, 12",
@@ -141,10 +192,10 @@ page(
 page("""A search wants slopes. When rows above move, `M` moves in the rows that hold
     them, and the solution with it. Its leading entries are found with the same
     triangle.""")
-moves = page(suppose(dx_i * M + x_i * dM, ZeroMatrix(1, n)))
-above = page(suppose(x_i * dM, -f_i * dT_i))
-is_dx_l = page(suppose(dx_i * S_t, dx_l))
-is_dx_r = page(suppose(dx_i * E_rt, dx_r))
+moves = page.suppose(dx_i * M + x_i * dM, ZeroMatrix(1, n))
+above = page.suppose(x_i * dM, -f_i * dT_i)
+is_dx_l = page.suppose(dx_i * S_t, dx_l)
+is_dx_r = page.suppose(dx_i * E_rt, dx_r)
 followed = page(
     letters.derive("", "how a solution moves", dx_l * X)
     .insert(dx_i * S_t * S * M, is_dx_l, is_X)
@@ -155,8 +206,8 @@ followed = page(
 
 page("""So one triangle, solved with the gradient on its right, gives the gradient in
     the free entries, and what the row adds to the gradient in the rows above it.""")
-is_dJ = page(let(dJ, dx_l * g_l + dx_r * g_r))
-is_z = page(suppose(X * z_l, g_l))
+is_dJ = page.let(dJ, dx_l * g_l + dx_r * g_r)
+is_z = page.suppose(X * z_l, g_l)
 page(
     letters.derive("", "the slope in the free entries and in the rows above", dJ)
     .put(is_dJ)
@@ -166,8 +217,8 @@ page(
 )
 
 page("The condition of `Theta` depends on its inverse, which moves as follows.")
-inverse = page(suppose(both * back, I))
-held = page(suppose(dback * both + back * dTheta, ZeroMatrix(n, n)))
+inverse = page.suppose(both * back, I)
+held = page.suppose(dback * both + back * dTheta, ZeroMatrix(n, n))
 page(
     letters.derive("", "how the inverse moves", dback)
     .insert(dback * both * back, inverse)

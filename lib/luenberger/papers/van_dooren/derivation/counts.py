@@ -11,8 +11,14 @@ import sympy as sp
 
 from matrixproof import Explicit, Page, Positive
 
-from .letters import SOURCE, c_M, d_M, k_M, letters
+from .letters import SOURCE, letters, n
 from .rows import patterns
+
+letters = letters.here()
+c_M = letters("c_M", 1, 1, "what (21) allows for one matrix, and one more")
+k_M = letters("k_M", 1, n, "entries of each column of `M` on the diagonal and below")
+d_M = letters("d_M", n, 1, "columns from each on: `n`, ..., `1`")
+
 
 n, m, r = sp.symbols("n m r", integer=True, positive=True)
 k, j = sp.symbols("k j", integer=True, nonnegative=True)

@@ -15,8 +15,49 @@ from sympy.matrices import kronecker_product
 
 from matrixproof import Equation, Explicit, Iff, Page
 
-from .letters import *
+from .letters import (
+    A_U,
+    C_U,
+    SOURCE,
+    T_U,
+    M,
+    N,
+    T_i,
+    ZeroMatrix,
+    a_f,
+    i,
+    letters,
+    n,
+    r,
+    w,
+    x_i,
+)
 from .rows import Pattern, patterns, picks, row_symbols, triangle
+
+letters = letters.here()
+Lam = letters("Lambda", 2, 2, "the block of the pair")
+Y = letters("Y", 2, 2, "its eigenvectors")
+Delta = letters("Delta", 2, 2, "its eigenvalues on the diagonal")
+T_p = letters("T_p", 2, n, "the two rows of `T_U`")
+F_p = letters("F_p", 2, n - r, "the two rows of `F`")
+f_p = letters("f_p", 2, i, "the unknown entries of these rows before the block")
+d_p = letters("d_p", 2, r, "the two rows of `D`")
+t_b = letters("t_b", 1, 2 * n, "the two rows of `T_U` in the order of (31)")
+K_b = letters("K_b", 2 * n, 2 * n, "the Kronecker products of (33)")
+rho = letters("rho", 1, 2 * n, "the two rows of the equation in the order of (31)")
+x_b = letters("x_b", 1, 2 * (n + r - 1), "the unknowns, `tau` among them")
+M_b = letters("M_b", 2 * (n + r - 1), 2 * n, "the system for the pair, `tau` unknown")
+a_b = letters("a_b", 1, 2 * n, "what is known of it")
+S_b = letters("S_b", 2 * n, 2 * (n + r - 1), "picks rows that lead columns of `M_b`")
+X_b = letters("X_b", 2 * n, 2 * n, "their triangle, each stair entry twice on it")
+M_c = letters("M_c", 2 * (n + r) - 3, 2 * n, "the printed system, `tau` put in as one")
+S_c = letters("S_c", 2 * n, 2 * (n + r) - 3, "picks rows that lead its columns")
+v_i = letters("v_i", n, 1, "a column that `M` sends to one entry")
+v_b = letters("v_b", 2 * n, 1, "the same column with zeros in between")
+e_i = letters("e_i", n + r - 1, 1, "that entry: the place of `t_(i,i+1)`")
+tau = letters("tau", 1, 1, "the entry `t_(i+1,i+1)`, which the paper takes for one")
+a_0 = letters("a_0", 1, n, "the row `a_f` for `b = 0`")
+
 
 PAIRS = ((1, 1, 1), (1, 1, 2), (2, 2), (1, 2, 2), (3, 3))
 PART = sp.symbols("a b", real=True)
@@ -158,7 +199,7 @@ page(
 
 page("""The rows `i` and `i + 1` of the equation are solved together: what is known on
     the left, unknown `f_p` and `d_p` on the right.""")
-is_F = page(suppose(F_p * T_U, f_p * T_i + Lam * T_p, "27"))
+is_F = page.suppose(F_p * T_U, f_p * T_i + Lam * T_p, "27")
 known_left = page(
     letters.derive(
         "28, 29", "the two rows of the equation", T_p * A_U - F_p * T_U - d_p * C_U
@@ -248,7 +289,7 @@ page(
 page("""The pair is one complex row as well: the row `w` turns the block into the pole
     `a + j b`, and the two rows into the system of one row. So no doubled system is
     needed.""")
-eigenrow = page(suppose(w * Lam, N * w))
+eigenrow = page.suppose(w * Lam, N * w)
 page(
     letters.derive(
         "29",
@@ -262,8 +303,8 @@ page(
 page("""Its imaginary part has `tau`. Times that column the system gives the entry
     beside the one, of which `tau` is the imaginary part: `b` over the entry of the
     stair, which is zero only if `b` is. Where the stair is wider `tau` stays free.""")
-solved = page(suppose(x_i * M, -a_f, "18"))
-met = page(suppose(M * v_i, e_i))
+solved = page.suppose(x_i * M, -a_f, "18")
+met = page.suppose(M * v_i, e_i)
 page(
     letters.derive("32", "what the entry beside the one must be", x_i * e_i)
     .fold(met)

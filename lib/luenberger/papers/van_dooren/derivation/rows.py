@@ -19,7 +19,46 @@ from matrixproof import (
     Page,
 )
 
-from .letters import *
+from .letters import (
+    A_U,
+    C_U,
+    SOURCE,
+    T_U,
+    I,
+    L,
+    M,
+    S,
+    T_i,
+    X,
+    ZeroMatrix,
+    a_f,
+    both,
+    d,
+    f,
+    f_i,
+    i,
+    letters,
+    n,
+    r,
+    t,
+    x_i,
+)
+
+letters = letters.here()
+t_i = letters("t_i", 1, n - i - 1, "the unknown entries of that row")
+e = letters("e", 1, n, "picks the row")
+E = letters("E", n - i - 1, n, "picks the rows below it")
+L_f = letters("L_f", n, n, "the identity times the pole `f_ii`")
+A_f = letters("A_f", n - i - 1, n, "the rows of `A_U - f_ii I` below it")
+R = letters("R", n, n, "the triangle of the factorisation, which has an inverse")
+Q = letters("Q", n + r - 1, n, "orthonormal columns, which span those of `M`")
+Qs = letters("Q^*", n, n + r - 1, "its conjugate transpose")
+Rs = letters("R^*", n, n, "the conjugate transpose of `R`")
+a_star = letters("a_f^*", n, 1, "the conjugate transpose of `a_f`")
+h = letters("h", 1, n + r - 1, "what can be added to a solution")
+h_star = letters("h^*", n + r - 1, 1, "its conjugate transpose")
+C_k = letters("C_k", r, r, "the columns of `C_U` that are not zero")
+
 
 STAIRS = ((1, 2), (1, 1, 1), (2, 2), (1, 1, 2), (1, 2, 3), (2, 3))
 
@@ -110,11 +149,11 @@ def leading_rows():
     """M, what picks its leading rows, and their triangle, for each row of a pattern."""
     found, pole = {}, sp.Symbol("f")
     for name, p in patterns().items():
-        for i in range(p.n - p.r):
-            M_, _ = p.M(i, pole)
-            lead = p.leading(i)
-            X_ = triangle(M_, lead, p.stair_entries(i))
-            found[f"{name}, row {i + 1}"] = {S: picks(lead, M_.rows), M: M_, X: X_}
+        for k in range(p.n - p.r):
+            M_, _ = p.M(k, pole)
+            lead = p.leading(k)
+            X_ = triangle(M_, lead, p.stair_entries(k))
+            found[f"{name}, row {k + 1}"] = {S: picks(lead, M_.rows), M: M_, X: X_}
     first = "stairs (1, 1, 2), row 2"  # the smallest with a row above and one to spare
     return {first: found[first]} | found
 
@@ -123,9 +162,9 @@ def compound(stairs):
     """T_U above C_U, and the columns of C_U that are not zero."""
     p = Pattern(stairs, printed=True)
     rows = []
-    for i in range(p.n - p.r):
-        entries = row_symbols(p, i)[1]
-        rows.append(sp.Matrix.hstack(sp.zeros(1, i), sp.eye(1), entries))
+    for k in range(p.n - p.r):
+        entries = row_symbols(p, k)[1]
+        rows.append(sp.Matrix.hstack(sp.zeros(1, k), sp.eye(1), entries))
     return {both: sp.Matrix.vstack(*rows, p.C), C_k: p.C[:, p.n - p.r :]}
 
 
@@ -151,10 +190,10 @@ page(
 
 page("""Row `i` of `F` has unknown entries, the pole `f_ii`, and zeros. Row `i` of `T_U`
     has zeros, a one, and unknown entries. So no row of `T_U` below it takes part.""")
-is_f = page(suppose(f * T_U, f_i * T_i + t * L_f, "14"))
-is_t = page(suppose(t, e + t_i * E, "14"))
-is_a = page(suppose(e * (A_U - L_f), a_f, "19"))
-is_A_f = page(suppose(E * (A_U - L_f), A_f, "19"))
+is_f = page.suppose(f * T_U, f_i * T_i + t * L_f, "14")
+is_t = page.suppose(t, e + t_i * E, "14")
+is_a = page.suppose(e * (A_U - L_f), a_f, "19")
+is_A_f = page.suppose(E * (A_U - L_f), A_f, "19")
 row = page(
     letters.derive(
         "15, 16, 18",
@@ -171,7 +210,7 @@ row = page(
 page("""In the first row there is no `f_i` and no `T_i`. With a letter for the unknowns
     and one for the matrix, it is one linear system for each row. The paper has lost a
     minus sign here.""")
-is_x = page(suppose(unknowns * system, x_i * M, "18"))
+is_x = page.suppose(unknowns * system, x_i * M, "18")
 page.chain(
     "17, 20",
     "the system of one row",
@@ -194,8 +233,8 @@ page(
 )
 
 page("So the system can be solved, whatever the pole is.")
-picked = page(suppose(S * M, X, "20"))
-left = page(suppose(L * M, I, "20"))
+picked = page.suppose(S * M, X, "20")
+left = page.suppose(L * M, I, "20")
 page(
     Construction("20", "a left inverse", {L: X.I * S}, satisfies=(left,), by=(picked,))
 )
@@ -209,8 +248,8 @@ page(
 )
 
 page("The solution of least norm uses all rows. It comes from a factorisation.")
-factors = page(suppose(M, Q * R, "21"))
-orthonormal = page(suppose(Qs * Q, I, "21"))
+factors = page.suppose(M, Q * R, "21")
+orthonormal = page.suppose(Qs * Q, I, "21")
 page(
     letters.derive("21", "a solution from the factors", -a_f * R.I * Qs * M)
     .put(factors)
@@ -219,8 +258,8 @@ page(
 
 page("""Every other solution differs by an `h` with `h M = 0`, so that `h Q = 0`. It is
     longer by `h h^*`.""")
-no_part = page(suppose(h * Q, ZeroMatrix(1, n)))
-no_part_too = page(suppose(Qs * h_star, ZeroMatrix(n, 1)))
+no_part = page.suppose(h * Q, ZeroMatrix(1, n))
+no_part_too = page.suppose(Qs * h_star, ZeroMatrix(n, 1))
 page(
     letters.derive(
         "21",

@@ -1,0 +1,26 @@
+"""Letters: the plant."""
+
+from . import letters, m, n, p
+
+A = letters("A", n, n, "moves the state")
+B = letters("B", n, m, "what the input does to the state")
+C = letters("C", p, n, "what is measured")
+E = letters("E", p, m, "what the input does to the measurement; zero in the paper")
+Q = letters("Q", n, n, "covariance of the process noise", symmetric=True)
+R = letters("R", p, p, "covariance of the measurement noise", symmetric=True)
+S = letters("S", n, p, "covariance of the two noises, `E[w v']`; zero in the paper")
+J = letters("J", n, p, "what the measurement noise tells of the process noise")
+As = letters("As", n, n, "moves the state once that is told")
+Qs = letters("Qs", n, n, "covariance of the process noise that is left", symmetric=True)
+x = letters("x", n, 1, "state")
+x_next = letters("x_next", n, 1, "state one step on")
+x_bar = letters("x_bar", n, 1, "mean of the state")
+u = letters("u", m, 1, "input")
+y = letters("y", p, 1, "measurement")
+y_next = letters("y_next", p, 1, "measurement one step on")
+w = letters("w", n, 1, "process noise")
+v = letters("v", p, 1, "measurement noise")
+v_next = letters("v_next", p, 1, "measurement noise one step on")
+a = letters("a", p, 1, "a combination of outputs")
+b = letters("b", n, 1, "a combination of states")
+d = letters("d", n, 1, "deviation of the state from its mean")
