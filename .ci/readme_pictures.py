@@ -33,7 +33,7 @@ def ball_on_a_beam():
     record = pd.read_csv(PLANTS / "ball-and-beam.csv", index_col="time")
     y, u = record[list(plant.output_names)], record[list(plant.input_names)]
     y, u, time = y.to_numpy(), u.to_numpy(), record.index
-    plant = lb.fit_noise(plant, y, u, Q="diagonal").plant
+    plant = lb.fit_noise(plant, lb.Record(y, u), Q="diagonal").plant
     found = lb.Filter(plant).run(lb.Record(y, u))
     figure, axes = plt.subplots(1, 3, figsize=(11, 3), layout="constrained")
     for state, ax in enumerate(axes[:2]):

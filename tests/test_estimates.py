@@ -57,7 +57,7 @@ def test_names_stand_in_the_exported_source_and_in_data_frames(tmp_path):
     _, header = lb.export.to_c(one, tmp_path, name="shaft")
     assert '[0]  "torque (Nm)"' in header.read_text()
     record = pandas.DataFrame({"tacho": [0.0, 1], "u1": [0, 0]})
-    found = lb.estimate(one, record[["tacho"]], record[["u1"]])
+    found = lb.estimate(one, lb.Record(record[["tacho"]], record[["u1"]]))
     assert list(found.columns) == [*ROWS]
 
 

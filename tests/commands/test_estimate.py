@@ -69,7 +69,7 @@ def test_estimates_are_those_of_the_library_to_the_bit(here, call):
     assert (status, out) == (0, "x.csv\n") and "5 rows" in err
     names, times, x = columns((here / "x.csv").read_text())
     assert names == ["time", "position", "speed"] and times == TIMES
-    np.testing.assert_array_equal(x, lb.estimate(OBSERVER, Y, U))
+    np.testing.assert_array_equal(x, lb.estimate(OBSERVER, lb.Record(Y, U)))
 
 
 def test_with_a_plant_they_are_those_of_the_report(here, call):
@@ -79,7 +79,7 @@ def test_with_a_plant_they_are_those_of_the_report(here, call):
     record = measurements.Measurements(Y, U, np.arange(5.0))
     report = measurements.apply(OBSERVER, (0,), PLANT, record)
     np.testing.assert_array_equal(x, report.x)
-    assert np.abs(x - lb.estimate(OBSERVER, Y, U)).max() > 1e-3
+    assert np.abs(x - lb.estimate(OBSERVER, lb.Record(Y, U))).max() > 1e-3
     left = np.eye(2) - OBSERVER.V @ PLANT.C  # of the error that x0 has
     first = left @ PLANT.at_first_sample().P0 @ left.T
     first += OBSERVER.V @ PLANT.R @ OBSERVER.V.T
@@ -96,7 +96,7 @@ def test_without_times_rows_are_counted(here, call, monkeypatch):
     names, times, x = columns(out)
     assert status == 0 and names[0] == "instant"
     assert times == ["1", "2", "3", "4", "5"]
-    np.testing.assert_allclose(x, lb.estimate(OBSERVER, Y, U), rtol=1e-13)
+    np.testing.assert_allclose(x, lb.estimate(OBSERVER, lb.Record(Y, U)), rtol=1e-13)
 
 
 def test_many_pieces_are_one_record(here, call, monkeypatch):
@@ -112,7 +112,9 @@ def test_many_pieces_are_one_record(here, call, monkeypatch):
     one, other = (columns((here / n).read_text()) for n in ("whole", "pieces"))
     assert one[:2] == other[:2] and one[1] == times
     np.testing.assert_allclose(one[2], other[2], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(one[2], lb.estimate(OBSERVER, y, u), rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        one[2], lb.estimate(OBSERVER, lb.Record(y, u)), rtol=0, atol=1e-13
+    )
 
 
 def test_a_filter_over_steps_starts_from_the_plant(here, call):
@@ -120,7 +122,7 @@ def test_a_filter_over_steps_starts_from_the_plant(here, call):
     filter.to_json("observer.json")
     assert call("observer.json", "data.csv", "--out=x", "--plant=plant.json")[0] == 0
     _, _, x = columns((here / "x").read_text())
-    np.testing.assert_array_equal(x, lb.estimate(filter, Y, U, x0=PLANT.x0))
+    np.testing.assert_array_equal(x, lb.estimate(filter, lb.Record(Y, U), x0=PLANT.x0))
     times = [f"{k / 2}" for k in range(10)]
     text = table(times=times, y=np.vstack([Y, Y]), u=np.vstack([U, U]))
     (here / "data.csv").write_text(text)

@@ -67,7 +67,7 @@ def test_observer_over_many_steps(observer, compiled):
     assert (observer.order == 14) == ("for (int k" in unit.text.partition("#ifdef")[0])
     found, code = unit.run(y, u)
     assert not code.any() and unit.width == q
-    wanted = lb.estimate(observer, y, u)
+    wanted = lb.estimate(observer, lb.Record(y, u))
     assert generators.relative(found, wanted) < 1e-12
 
 
@@ -95,7 +95,9 @@ def test_single_precision(compiled):
     unit = compiled(observer, dtype="float")
     found, code = unit.run(y, u)
     assert not code.any() and found.dtype == np.float32
-    assert 1e-9 < generators.relative(found, lb.estimate(observer, y, u)) < 1e-4
+    assert (
+        1e-9 < generators.relative(found, lb.estimate(observer, lb.Record(y, u))) < 1e-4
+    )
     assert not re.search(r"double|\d\.\d+(?!\d*(f|e))", unit.text)  # no double in it
 
 

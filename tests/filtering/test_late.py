@@ -340,7 +340,7 @@ def test_an_observer_at_work_estimates_as_over_the_record(feedthrough, steps):
                      P0=np.eye(2))  # fmt: skip
     observer = lb.reduced_order_filter(plant, 0, steps=steps)
     y, u = rng.normal(size=(30, 1)), rng.normal(size=(30, 1))
-    wanted = lb.estimate(observer, y, u, x0=[1, 2])
+    wanted = lb.estimate(observer, lb.Record(y, u), x0=[1, 2])
     now, found = observer.live(x0=[1, 2]), []
     for k in range(30):
         found.append(now.measure(y[k], *([u[k]] if feedthrough else [])))

@@ -52,7 +52,7 @@ def test_a_complete_record_is_the_designed_filter(m1, case):
     steps = 30
     observer = lb.reduced_order_filter(plant, m1, steps=steps)
     run = lb.Filter(plant, m1).run(lb.Record(y[:steps], u[:steps], u0=u0))
-    wanted = lb.estimate(observer, y[:steps], u[:steps], u0=u0)
+    wanted = lb.estimate(observer, lb.Record(y[:steps], u[:steps], u0=u0))
     assert generators.relative(run.x, wanted) < 1e-11
     covariance = lb.error_covariance(observer, plant, steps=steps)
     assert generators.relative(run.P, covariance[1:]) < 1e-11

@@ -243,8 +243,8 @@ def test_an_observer_comes_back_with_what_it_tracks(design, to):
     np.testing.assert_allclose(back.z0, observer.z0, atol=1e-12)
     assert back.estimate_names == observer.estimate_names
     y, u = record()
-    same = lb.estimate(back, y, u, z0=observer.z0)
-    np.testing.assert_array_equal(same, lb.estimate(observer, y, u))
+    same = lb.estimate(back, lb.Record(y, u), z0=observer.z0)
+    np.testing.assert_array_equal(same, lb.estimate(observer, lb.Record(y, u)))
 
 
 @pytest.mark.parametrize("design", WAYS.values(), ids=WAYS)
@@ -252,7 +252,7 @@ def test_real_libraries_run_it_to_the_same_estimates(design):
     plant = car(E=None, x0=[1, 2])
     observer = design(plant)
     y, u = record()
-    mine = lb.estimate(observer, y, u)
+    mine = lb.estimate(observer, lb.Record(y, u))
     both = np.hstack([u, y])
     run = control.forced_response(
         to_control(observer), inputs=both.T, initial_state=observer.z0
@@ -268,7 +268,7 @@ def test_real_libraries_simulate_the_plant_that_the_estimate_follows():
     run = control.forced_response(sys, inputs=u.T, initial_state=[3, -1])
     _, y, x = scipy.signal.dlsim(to_scipy(plant), u, x0=[3, -1])
     np.testing.assert_allclose(run.outputs, y[:, 0], rtol=1e-12)
-    found = lb.estimate(lb.deadbeat_observer(plant), y, u)
+    found = lb.estimate(lb.deadbeat_observer(plant), lb.Record(y, u))
     np.testing.assert_allclose(found[1:], x[1:], atol=1e-12)
     np.testing.assert_allclose(found[1:], run.states.T[1:], atol=1e-12)
 
@@ -376,16 +376,16 @@ def table(columns=("wheel", "push", "radar")):
 def test_columns_are_found_by_name_and_the_index_is_kept():
     observer = lb.reduced_order_filter(two_sensors(), 1)
     y, u = record(p=2)
-    wanted = lb.estimate(observer, y, u)
+    wanted = lb.estimate(observer, lb.Record(y, u))
     one = table(("note", "wheel", "push", "radar"))
     for given in [(one,), (one[["wheel", "radar"]], one[["push"]]), (one, one),
                   (one, u), (one, one["push"])]:  # fmt: skip
-        found = lb.estimate(observer, *given)
+        found = lb.estimate(observer, lb.Record(*given))
         assert type(found) is pd.DataFrame and found.index.equals(TIMES)
         assert list(found.columns) == ["position", "speed"]
         np.testing.assert_array_equal(found.to_numpy(), wanted)
-    assert type(lb.estimate(observer, y, one)) is np.ndarray
-    without = lb.estimate(observer, one[["radar", "wheel"]], 0)
+    assert type(lb.estimate(observer, lb.Record(y, one))) is np.ndarray
+    without = lb.estimate(observer, lb.Record(one[["radar", "wheel"]], 0))
     np.testing.assert_array_equal(without, lb.estimate(observer, y))
     with pytest.raises(ValueError, match="y has no column 'push'.*u=0 says that no"):
         lb.estimate(observer, one[["radar", "wheel"]])
@@ -395,9 +395,11 @@ def test_one_channel_may_be_a_series():
     observer = lb.deadbeat_observer(car())
     y, u = record()
     series = pd.Series(y[:, 0], index=TIMES, name="whatever")
-    found = lb.estimate(observer, series, u)
+    found = lb.estimate(observer, lb.Record(series, u))
     assert list(found.columns) == ["position", "speed"] and found.index.equals(TIMES)
-    np.testing.assert_array_equal(found.to_numpy(), lb.estimate(observer, y, u))
+    np.testing.assert_array_equal(
+        found.to_numpy(), lb.estimate(observer, lb.Record(y, u))
+    )
     with pytest.raises(ValueError, match=r"y must be \(N, 2\), got \(60,\)"):
         lb.estimate(lb.kalman_filter(two_sensors()), series)
 
@@ -472,7 +474,7 @@ def late(one):
 def test_tables_that_do_not_fit(given, message):
     observer = lb.kalman_filter(two_sensors())
     with pytest.raises(ValueError, match=message):
-        lb.estimate(observer, *given(table()))
+        lb.estimate(observer, lb.Record(*given(table())))
 
 
 def test_inputs_are_not_left_out_by_a_missing_column():
@@ -486,7 +488,7 @@ def test_a_name_that_is_input_and_output_needs_two_tables():
     one = table()
     with pytest.raises(ValueError, match="both called 'radar'"):
         lb.estimate(observer, one)
-    lb.estimate(observer, one, one.push)
+    lb.estimate(observer, lb.Record(one, one.push))
     with pytest.raises(ValueError, match="both called 'radar'"):
         lb.Filter(two_sensors(input_names=("radar",))).run(one)
 

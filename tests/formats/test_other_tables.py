@@ -94,10 +94,12 @@ ASKED = {
     ),
     "record": lambda y, *u: lb.Filter(PLANT).run(lb.Record(y, *u)).x,
     "smooth": lambda y, *u: lb.Filter(PLANT).smooth(lb.Record(y, *u)).x,
-    "estimate": lambda y, *u: lb.estimate(OBSERVER, y, *u),
+    "estimate": lambda y, *u: lb.estimate(OBSERVER, lb.Record(y, *u)),
     "likelihood": lambda y, *u: lb.Filter(PLANT).log_likelihood(lb.Record(y, *u)),
     "innovations": lambda y, *u: lb.Filter(PLANT).innovations(lb.Record(y, *u)),
-    "fit": lambda y, *u: lb.fit_noise(PLANT, y, *u, Q="diagonal", R="diagonal").plant.R,
+    "fit": lambda y, *u: (
+        lb.fit_noise(PLANT, lb.Record(y, *u), Q="diagonal", R="diagonal").plant.R
+    ),
     "state": lambda y, *u: lb.reconstruct_state(PLANT, y, *u),
 }
 
@@ -171,8 +173,8 @@ def test_xarray_without_names_or_of_many_records():
 def test_a_labelled_start_is_found_by_name():
     xr = pytest.importorskip("xarray")
     x0 = xr.DataArray([2.0, 1.0], dims="state", coords={"state": ["x2", "x1"]})
-    found = lb.estimate(OBSERVER, Y, U, x0=x0)
-    assert np.array_equal(found, lb.estimate(OBSERVER, Y, U, x0=[1.0, 2.0]))
+    found = lb.estimate(OBSERVER, lb.Record(Y, U), x0=x0)
+    assert np.array_equal(found, lb.estimate(OBSERVER, lb.Record(Y, U), x0=[1.0, 2.0]))
 
 
 def test_a_column_alone_is_the_one_channel():

@@ -77,7 +77,7 @@ def test_at_the_most_likely_values_the_exact_score_is_zero(n, gaps, rows):
         y[k] = C @ x + rng.normal(size=len(C))
     y[rng.random(y.shape) < gaps] = np.nan
     forms = dict(Q="scaled", R="diagonal") if n > 3 else dict(Q="diagonal")
-    fit = lb.fit_noise(plant, y, u, **forms)
+    fit = lb.fit_noise(plant, lb.Record(y, u), **forms)
     run, record, errors = lb.Filter(fit.plant), lb.Record(y, u), fit.standard_errors
     assert fit.log_likelihood == run.log_likelihood(record)
     score = run.score(record)
@@ -100,9 +100,12 @@ def test_a_ball_on_a_beam():
         return lb.Plant(plant.A, wide, plant.C, dt=dt, P0=np.eye(2) / 10)
 
     fit = lb.fit_noise(
-        made([4, 0]), data.y, one, Q=lambda q: q[0] * spread, start={"Q": [1e-4]},
+        made([4, 0]),
+        lb.Record(data.y, one),
+        Q=lambda q: q[0] * spread,
+        start={"Q": [1e-4]},
         parameters=(made, {"gain": 4.0, "offset": 0.0}),
-    )  # fmt: skip
+    )
     assert fit.parameters["gain"] == pytest.approx(4.450, abs=2e-3)
     assert fit.parameters["q[0]"] == pytest.approx(1.726e-4, rel=5e-3)
     assert fit.parameters["offset"] == pytest.approx(4.2e-4, rel=2e-2)
@@ -121,11 +124,25 @@ def test_several_records_of_one_plant(method):
     assert abs(fit.plant.Q - Q)[0, 0] < 4 * fit.standard_errors["Q"][0, 0] < 0.5
     assert abs(fit.plant.R - R)[0, 0] < 4 * fit.standard_errors["R"][0, 0] < 0.8
     assert len(fit.innovations) == 3 and len(fit.innovations[2]) == 400
-    flat = [list(part[:, 0]) for part in parts]  # of one output
-    again = lb.fit_noise(LEVEL, flat, method=method)
+    again = lb.fit_noise(LEVEL, lb.Record(np.array(parts)), method=method)
     assert again.plant.Q.tobytes() == fit.plant.Q.tobytes()
-    alone = lb.fit_noise(LEVEL, [[one] for one in flat[0]], method=method)
-    assert alone.innovations.shape == (400, 1)  # a list of rows is one record
+    rows = [[one] for one in parts[0][:, 0]]  # a list of rows is one record
+    assert lb.fit_noise(LEVEL, rows, method=method).innovations.shape == (400, 1)
+
+
+def test_a_fit_knows_the_input_before_its_record_and_the_times_of_its_rows():
+    rng, plant = np.random.default_rng(6), lb.Plant([[0.9]], [[1]], [[1]], dt=1.0)
+    u, x, y = rng.normal(size=(200, 1)), np.zeros(1), np.empty((200, 1))
+    for k in range(200):
+        x = 0.9 * x + (u[k - 1] if k else 50.0) + rng.normal(size=1)
+        y[k] = x + rng.normal(size=1)
+    known = dataclasses.replace(plant, P0=[[0.0]])
+    fits = [lb.fit_noise(known, lb.Record(y, u, u0=u0)) for u0 in ([50.0], None)]
+    assert fits[0].log_likelihood > fits[1].log_likelihood + 20
+    with pytest.raises(ValueError, match="row 4: it is 4.59"):
+        lb.fit_noise(plant, lb.Record(y, u, time=np.arange(200) ** 1.1))
+    with pytest.raises(ValueError, match="leave `arrival` out"):
+        lb.fit_noise(plant, lb.Record(y, u, arrival=np.arange(200)[:, None]))
 
 
 def test_a_filter_of_the_plant_leaves_no_trace_in_a_fit():
@@ -181,7 +198,9 @@ def test_entries_of_the_plant_by_name():
     for one in u[:, 0]:
         y.append(x + 0.5 * rng.normal())
         x = 0.8 * x + 3 * one + rng.normal()
-    fit = lb.fit_noise(plant, y, u, parameters={"A[0,0]": 0.5, "B[0,0]": 2.0})
+    fit = lb.fit_noise(
+        plant, lb.Record(y, u), parameters={"A[0,0]": 0.5, "B[0,0]": 2.0}
+    )
     for name, true in (("A[0,0]", 0.8), ("B[0,0]", 3.0)):
         assert abs(fit.parameters[name] - true) < 3 * fit.standard_errors[name] < 0.3
     assert fit.plant.A[0, 0] == fit.parameters["A[0,0]"]
@@ -285,13 +304,11 @@ Y = drawn(1, 50, LEVEL, np.eye(1), np.eye(1))
         (LEVEL, Y, dict(parameters={"A[1,0]": 1}), r"there is no A\[1,0\]: A is 1 x 1"),
         (LEVEL, Y, dict(parameters={"A[0,0]": "x"}), "is no number"),
         (LEVEL, Y, dict(parameters=[1]), "parameters must be"),
-        (LEVEL, [Y, Y], dict(u=[None]), "2 records"),
-        (LEVEL, [Y, Y], dict(u=5), "2 records, so u must be a list"),
-        (LEVEL, [], {}, "not empty"),
-        (LEVEL, {"y": Y}, {}, "not a dict"),
-        (POSITION, [Y, [[1.0], [2.0, 3.0]]], {}, "entry 1 has rows of several"),
-        (TWO, [np.ones(9), np.ones(8)], {}, r"entry 0 has the shape \(9,\)"),
-        (TWO, [np.ones((9, 2)), np.ones(9)], {}, r"entry 1 has the shape \(9,\)"),
+        (LEVEL, lb.Record([Y, Y], 5), {}, r"record 0: u must be \(N, 0\)"),
+        (LEVEL, [], {}, "have no measurement in the record"),
+        (LEVEL, {"y": Y}, {}, "y must be an array .* not 'dict'"),
+        (TWO, [np.ones(9), np.ones(8)], {}, "y must be an array of numbers"),
+        (TWO, [np.ones((9, 2)), np.ones(9)], {}, r"record 1: y must be \(N, 2\)"),
         (LEVEL, Y, dict(parameters={"A[0,0]": 1}, method="autocovariance"), "out"),
         (LEVEL, Y, dict(R=[[0]]), "with R=None here"),
         (LEVEL, Y, dict(parameters=(lambda v: None, {"a": 1})), "expected a Plant"),

@@ -86,7 +86,7 @@ def estimates():
         "u0 of a record": lambda X: lb.Filter(here).run(lb.Record([[1.0]], u0=one(X))),
         "weight": lambda X: lb.Filter(here, weight=X).run([[1.0]]),
         "y of estimate": lambda X: lb.estimate(observer, X),
-        "u of estimate": lambda X: lb.estimate(observer, [[1.0]], X),
+        "u of estimate": lambda X: lb.estimate(observer, lb.Record([[1.0]], X)),
         "x0 of estimate": lambda X: lb.estimate(observer, [[1.0]], x0=one(X)),
         "z0 of estimate": lambda X: lb.estimate(observer, [[1.0]], z0=one(X)),
         "u of simulate": lambda X: lb.simulate(here, observer, 1, u=one(X)),

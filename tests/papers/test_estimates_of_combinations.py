@@ -37,13 +37,17 @@ def test_the_rows_of_the_same_observer(name, tmp_path):
     for same in "FGDT":
         assert (getattr(some, same) == getattr(whole, same)).all()
     y, u = np.random.default_rng(1).standard_normal((2, 6, 2))
-    expected = lb.estimate(whole, y, u[:, :1]) @ L.T
-    np.testing.assert_allclose(lb.estimate(some, y, u[:, :1]), expected, atol=1e-12)
+    expected = lb.estimate(whole, lb.Record(y, u[:, :1])) @ L.T
+    np.testing.assert_allclose(
+        lb.estimate(some, lb.Record(y, u[:, :1])), expected, atol=1e-12
+    )
     some.to_json(tmp_path / "some.json")
     again = lb.Observer.from_json(tmp_path / "some.json")
     assert all((getattr(again, X) == getattr(some, X)).all() for X in "FGDPVWTL")
     assert some.steps or lb.multiply_adds(some) < lb.multiply_adds(whole)
-    assert lb.estimate(some, y, u[:, :1])[:, 2].tolist() == [0] * 6  # 0 x is 0
+    assert (
+        lb.estimate(some, lb.Record(y, u[:, :1]))[:, 2].tolist() == [0] * 6
+    )  # 0 x is 0
 
 
 @pytest.mark.parametrize("name", ["Kalman", "perfect sensor", "Leondes-Novak"])
@@ -74,7 +78,7 @@ def test_forms_of_what_is_asked_for(form):
     assert lb.certify(other, plant()).worst < 1e-12
     y = np.random.default_rng(4).standard_normal((9, 2))
     np.testing.assert_allclose(
-        lb.estimate(other, y, np.zeros((9, 1))), lb.estimate(one, y, np.zeros((9, 1))),
+        lb.estimate(other, y), lb.estimate(one, y),
         atol=1e-9,
     )  # fmt: skip
 

@@ -152,12 +152,14 @@ def observer(**options):
         (lambda: lb.estimate(observer(), [[1]]), ValueError, r"y must be \(N, 2\)"),
         (lambda: lb.estimate(observer(), [["a", 1]]), ValueError, "array of numbers"),
         (
-            lambda: lb.estimate(observer(), np.ones((3, 2)), np.ones((2, 1))),
+            lambda: lb.estimate(
+                observer(), lb.Record(np.ones((3, 2)), np.ones((2, 1)))
+            ),
             ValueError,
             "y has 3 rows but u has 2",
         ),
         (
-            lambda: lb.estimate(observer(), np.ones((3, 2)), u0=[1]),
+            lambda: lb.estimate(observer(), lb.Record(np.ones((3, 2)), u0=[1])),
             ValueError,
             "u0 is the input before the first row",
         ),

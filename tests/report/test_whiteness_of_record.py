@@ -106,7 +106,7 @@ def test_what_it_misses_is_that_of_its_estimates(levelled):
     settled = max(one.settling for one in (levelled.chosen, levelled.yardstick))
     first = int(np.ceil(settled))
     for one in (levelled.chosen, levelled.yardstick):
-        x = lb.estimate(one.observer, data.y, u, x0=[0, 0])
+        x = lb.estimate(one.observer, lb.Record(data.y, u), x0=[0, 0])
         missed = [
             data.y[k + 1] - OVEN.C @ (OVEN.A @ x[k] + OVEN.B @ u[k])
             for k in range(first, 2999)

@@ -147,7 +147,7 @@ def test_stamps_that_contradict_dt_are_refused(t, message):
     frame = record(t)
     observer = lb.kalman_filter(EVEN).named(EVEN)
     for run in (lambda *a, **o: lb.Filter(EVEN).run(lb.Record(*a, **o)),
-                lambda *a, **o: lb.estimate(observer, *a, **o)):  # fmt: skip
+                lambda *a, **o: lb.estimate(observer, lb.Record(*a, **o))):  # fmt: skip
         with pytest.raises(ValueError, match=message):
             run(frame.assign(time=t))
         run(frame.assign(time=t), time="rows")

@@ -15,11 +15,11 @@ OBSERVERS = {
     "all outputs exact": lb.reduced_order_filter(PLANT, 2),
     "over steps": lb.reduced_order_filter(PLANT, 1, steps=60),
 }
-STARTS = {"over steps": dict(u0=[0.2])}
+U0 = {"over steps": dict(u0=[0.2])}
 
 
 def begun(kind):
-    return STARTS.get(kind, dict(x0=[1, 2, 3]))
+    return {} if kind in U0 else dict(x0=[1, 2, 3])
 
 
 @pytest.fixture
@@ -31,10 +31,11 @@ def records():
 @pytest.mark.parametrize("kind", OBSERVERS)
 def test_each_record_is_what_it_is_by_itself(kind, records):
     observer, (y, u) = OBSERVERS[kind], records
-    found = lb.estimate(observer, y, u, **begun(kind))
+    before = U0.get(kind, {})
+    found = lb.estimate(observer, lb.Record(y, u, **before), **begun(kind))
     assert found.shape == (7, 20, 3)
     for mine, *one in zip(found, y, u):
-        alone = lb.estimate(observer, *one, **begun(kind))
+        alone = lb.estimate(observer, lb.Record(*one, **before), **begun(kind))
         np.testing.assert_array_equal(mine, alone)
 
 
@@ -42,7 +43,7 @@ def test_each_record_is_what_it_is_by_itself(kind, records):
 def test_estimates_follow_the_equations_of_an_observer(kind, records):
     observer, y, u = OBSERVERS[kind], records[0][0], records[1][0]
     z = observer.z0
-    for k, found in enumerate(lb.estimate(observer, y, u)):
+    for k, found in enumerate(lb.estimate(observer, lb.Record(y, u))):
         F, G, D, P, V, W = observer.at(k)
         wanted = P @ z + V @ y[k] + W @ u[k]
         np.testing.assert_allclose(found, wanted, rtol=1e-12, atol=1e-12)
@@ -54,26 +55,30 @@ def test_a_simulation_begins_with_the_input_before_its_first_row():
     run = lb.simulate(PLANT, observer, 20, u=u, u0=[0.7], x0=x0)
     np.testing.assert_allclose(run.x[0], PLANT.A @ x0 + PLANT.B @ [0.7], rtol=1e-12)
     np.testing.assert_allclose(run.x[1], PLANT.A @ run.x[0] + PLANT.B @ u[0])
-    found = lb.estimate(observer, run.y, u, u0=[0.7])
+    found = lb.estimate(observer, lb.Record(run.y, u, u0=[0.7]))
     np.testing.assert_allclose(run.w_hat, found, rtol=1e-10)
 
 
 def test_lists_tables_and_one_input_for_all(records):
     observer, (y, u) = OBSERVERS["constant"], records
     several = [y[0], y[1, :7], y[2, :0]]
-    found = lb.estimate(observer, several, [u[0], u[1, :7], u[2, :0]])
+    found = lb.estimate(observer, lb.Record(several, [u[0], u[1, :7], u[2, :0]]))
     for k, mine in enumerate(found):
-        one = lb.estimate(observer, several[k], u[k, : len(mine)])
+        one = lb.estimate(observer, lb.Record(several[k], u[k, : len(mine)]))
         np.testing.assert_array_equal(mine, one)
-    whole = lb.estimate(observer, y, u[0])
-    np.testing.assert_array_equal(whole, lb.estimate(observer, y, u[[0] * 7]))
-    np.testing.assert_array_equal(whole, lb.estimate(observer, [*y], [u[0]] * 7))
+    whole = lb.estimate(observer, lb.Record(y, u[0]))
+    np.testing.assert_array_equal(
+        whole, lb.estimate(observer, lb.Record(y, u[[0] * 7]))
+    )
+    np.testing.assert_array_equal(
+        whole, lb.estimate(observer, lb.Record([*y], [u[0]] * 7))
+    )
     pandas = pytest.importorskip("pandas", reason="the extra `tables`")
     names = observer.output_names or ["a", "b"]
     tables = [pandas.DataFrame(one, index=range(3, 23), columns=names) for one in y]
-    for k, table in enumerate(lb.estimate(observer, tables, 0)):
+    for k, table in enumerate(lb.estimate(observer, lb.Record(tables, 0))):
         assert list(table.index) == [*range(3, 23)]
-        alone = lb.estimate(observer, y[k], 0)
+        alone = lb.estimate(observer, lb.Record(y[k], 0))
         np.testing.assert_array_equal(table.to_numpy(), alone)
 
 
@@ -82,13 +87,13 @@ def test_what_is_wrong_is_said(records):
     gap = np.array(y)
     gap[6, 4, 1] = np.nan
     with pytest.raises(ValueError, match="y in record 6, row 4 is missing .*Filter"):
-        lb.estimate(observer, gap, u)
+        lb.estimate(observer, lb.Record(gap, u))
     with pytest.raises(ValueError, match="record 6: y has values .* first in row 4"):
-        lb.estimate(observer, [*gap], [*u])
+        lb.estimate(observer, lb.Record([*gap], [*u]))
     with pytest.raises(ValueError, match=r"or \(M, N, 2\) for many records"):
         lb.estimate(observer, y[..., :1])
     with pytest.raises(ValueError, match=r"u must be \(7, 20, 1\), or \(20, 1\)"):
-        lb.estimate(observer, y, u[:3])
+        lb.estimate(observer, lb.Record(y, u[:3]))
     with pytest.raises(ValueError, match="70 rows, the filter was designed for 60"):
         lb.estimate(OBSERVERS["over steps"], np.zeros((2, 70, 2)))
     grows = lb.Observer([[2.0]], [[]], [[2]], [[1]], [[1.5]], T=[[1]], L=[[1]], dt=1.0)
@@ -104,9 +109,9 @@ def test_an_observer_without_outputs_follows_its_inputs(records):
         dt=1.0,
     )  # fmt: skip
     u = records[1][:3]
-    found = lb.estimate(observer, np.zeros((3, 20, 0)), u)
+    found = lb.estimate(observer, lb.Record(np.zeros((3, 20, 0)), u))
     for k in range(3):
-        one = lb.estimate(observer, np.zeros((20, 0)), u[k])
+        one = lb.estimate(observer, lb.Record(np.zeros((20, 0)), u[k]))
         np.testing.assert_array_equal(found[k], one)
 
 
@@ -117,7 +122,7 @@ def test_complex_data_are_refused():
     observer, y = lb.kalman_filter(plant), np.ones((3, 1))
     for run in (
         lambda: lb.estimate(observer, 1j * y),
-        lambda: lb.estimate(observer, y, 1j * y),
+        lambda: lb.estimate(observer, lb.Record(y, 1j * y)),
         lambda: lb.estimate(observer, y, z0=[1j]),
         lambda: lb.Filter(plant).run(1j * y),
         lambda: lb.Filter(plant).run(lb.Record(y, u0=[1j])),

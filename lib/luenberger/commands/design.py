@@ -167,7 +167,7 @@ def _fitted(plant: "Plant", record: "Measurements") -> tuple["Plant", int]:
     if not lacking(plant) or plant.multiplicative or plant.is_complex:
         return plant, 0
     try:
-        fit, said = fit_missing(plant, record.y, record.u)
+        fit, said = fit_missing(plant, record.record)
     except DesignError as error:
         say(f"{' and '.join(lacking(plant))} cannot be fitted to the record: {error}")
         return plant, 0

@@ -97,7 +97,7 @@ def _fitted(plant: Any, data: Any, options: Namespace) -> tuple[Any, list[str]]:
                 "the plant gives both Q and R; say with --q, --r or --parameter what "
                 "is to be fitted"
             )
-        return fit_missing(plant, data.y, data.u)
+        return fit_missing(plant, data.record)
     missing = lacking(plant)
     forms = {
         name: form or ("full" if name in missing else KNOWN)
@@ -106,7 +106,12 @@ def _fitted(plant: Any, data: Any, options: Namespace) -> tuple[Any, list[str]]:
     kept: dict[str, Any] = {
         name: None if form == KNOWN else form for name, form in forms.items()
     }
-    fit = fit_noise(plant, data.y, data.u, **kept, parameters=parameters or None)
+    fit = fit_noise(
+        plant,
+        data.record,
+        **kept,
+        parameters=parameters or None,
+    )
     words = [f"{name} ({form})" for name, form in forms.items() if form != KNOWN]
     words += list(parameters)
     return fit, [f"Fitted to {options.data.name} by maximum likelihood: {_and(words)}."]

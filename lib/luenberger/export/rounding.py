@@ -20,6 +20,7 @@ from ..numeric.validation import numbers
 from ..observer import Observer
 from ..plant import Plant
 from ..run.estimate import estimate
+from ..run.record import Record
 from ..run.simulate import simulate
 from ..show import number
 from .c.observer import require_exportable, texts, uses
@@ -170,7 +171,7 @@ def rounding_error(
         levels = rng.uniform(-1, 1, (-(-steps // HELD), plant.m)) * size
         u = np.repeat(levels, HELD, axis=0)[:steps]
     record = simulate(plant, observer, int(steps) - 1, u=u, seed=seed)
-    exact = estimate(observer, record.y, record.u)
+    exact = estimate(observer, Record(record.y, record.u))
     gap = _run(observer, dtype, record.y, record.u) - exact
     try:
         with warnings.catch_warnings():

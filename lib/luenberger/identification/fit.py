@@ -102,8 +102,7 @@ def _line(name: str, value: float, error: float) -> str:
 
 def fit_noise(
     plant: Plant,
-    y: Any,
-    u: Any = None,
+    record: Any,
     *,
     Q: Any = "full",
     R: Any = "full",
@@ -124,11 +123,8 @@ def fit_noise(
     plant : Plant
         Discrete.  Without P0 the start of each record is unknown.  Its Q and R are not
         used, unless they are None below.
-    y : (N, p) array_like or DataFrame, or a list of them
-        One record, or several of the same plant; NaN means not measured.  With one
-        output a record may also be (N,).
-    u : (N, m) array_like, or a list of them, optional
-        Known inputs, default zero.
+    record : Record, or what one is made of
+        Of one run or several; NaN means not measured.
     Q, R : "full", "diagonal", "scaled", (., k) array_like, callable or None
         What is sought: every entry; the diagonal; the plant's own times a number; q
         in Q = G diag(q) G' for a matrix G; or the positive numbers q of a function
@@ -177,20 +173,22 @@ def fit_noise(
             f"start must be a dict with 'Q' and 'R', each where to begin; got "
             f"{short(start)}. Parameters have their start in `parameters`"
         )
-    data, begin, alone = recorded.read(plant, y, u), start or {}, method != METHODS[0]
-    S = _known(plant, S)
+    begin, alone, S = start or {}, method != METHODS[0], _known(plant, S)
     noise: dict[str, Any] = dict(Q=np.eye(plant.n), R=np.eye(plant.p), S=None)
     require_noise(dataclasses.replace(plant, **noise))
+    data = recorded.read(plant, record)
     if plant.steps is None:
         require_detectable(plant.A, plant.C)
     recorded.require_measured(plant, data)
     more = parameters_of(plant, parameters)
     first = more.plant(np.array(more.begin, dtype=float))
-    seen = None if len(data) != 1 else ~np.isnan(data[0][0])
+    seen = None if len(data) != 1 else ~np.isnan(data[0].y)
     told = identifiability(first, Q=Q, R=R, start=begin, seen=seen)
     told.require()
     recorded.require_enough(plant, data, told.determined + len(more.names))
-    found = start_of(first, data, Q, R, S, begin, more, alone)
+    found = start_of(
+        first, [(rows.y, rows.u) for rows in data], Q, R, S, begin, more, alone
+    )
     theta = found.theta
     likelihood = Likelihood(found.unknowns, data, theta)
     if alone:
@@ -228,7 +226,7 @@ def _require_noise_left(
     """Refuse a fit whose likelihood grows without bound, as the noise vanishes."""
     unknowns = likelihood.unknowns
     plant = likelihood.plant(unknowns.noises(theta), unknowns.split(theta)[2])
-    for y, _ in data:
+    for y in (rows.y for rows in data):
         size = np.where(np.isnan(y), 0.0, np.abs(y)).max(axis=0, initial=0)
         Q, R, _ = plant.at(0).covariances()
         shown = np.abs(plant.at(0).C) @ np.sqrt(Q.diagonal())
@@ -295,14 +293,14 @@ def lacking(plant: Plant) -> list[str]:
     return [name for name in "QR" if getattr(plant, name) is None]
 
 
-def fit_missing(plant: Plant, y: Any, u: Any = None) -> tuple[NoiseFit, list[str]]:
+def fit_missing(plant: Plant, record: Any) -> tuple[NoiseFit, list[str]]:
     """Fit Q and R where the plant has none, and say what was fitted, in sentences.
 
     Every entry is sought if a record can determine that, else the diagonal.  Raises a
     DesignError as `fit_noise`; also if not even diagonals can be determined.
     """
     missing, why = lacking(plant), ()
-    seen = np.concatenate([~np.isnan(one) for one, _ in recorded.read(plant, y, u)])
+    seen = np.concatenate([~np.isnan(one.y) for one in recorded.read(plant, record)])
     forms = [{"Q": Q if "Q" in missing else None, "R": R if "R" in missing else None}
              for Q, R in FORMS]  # fmt: skip
     for wanted in forms:
@@ -322,4 +320,4 @@ def fit_missing(plant: Plant, y: Any, u: Any = None) -> tuple[NoiseFit, list[str
             f"{' and '.join(narrow)} was sought as a diagonal matrix, because no "
             f"record of this plant determines {why[0]}"
         )
-    return fit_noise(plant, y, u, Q=wanted["Q"], R=wanted["R"]), said
+    return fit_noise(plant, record, Q=wanted["Q"], R=wanted["R"]), said

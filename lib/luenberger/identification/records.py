@@ -2,84 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
-from ..errors import DesignError, few, short
-from ..formats import dataframes
-from ..numeric import Matrix
+from ..errors import DesignError, few
 from ..plant import Plant
-from ..run.checked import arrays
+from ..run.fleet import of_record
+from ..run.record import Record, Rows
 
 LARGEST = 1e100  # of readings, whose squares and sums are still numbers
 ENOUGH = 2  # readings for each unknown, at the least
-Records = list[tuple[Matrix, Matrix]]  # (y, u) of each
+Records = list[Rows]  # of each run
 
 
-def read(plant: Plant, y: Any, u: Any = None) -> Records:
-    """y and u as a list of (y, u), each (N, p) and (N, m).
+def read(plant: Plant, record: Any) -> Records:
+    """The rows of each run of a record, as arrays.
 
     Raises
     ------
     ValueError
-        If y is no record and no list of records, sizes disagree, or there is not a u
-        for each y.
+        As where a filter runs on it; also if readings arrive late, which a fit of all
+        of them does not mind.
     """
-    outputs, inputs = (plant.p, plant.output_names), (plant.m, plant.input_names)
-    y, u = dataframes.taken(y=y, u=u)
-    found = [arrays(*pair, outputs, inputs, missing=True)
-             for pair in _each(y, u, plant.p)]  # fmt: skip
-    return [
-        (np.require(y, float, ["C", "W"]), np.require(u, float, ["C", "W"]))
-        for y, u in found
-    ]
-
-
-def _each(y: Any, u: Any, p: int) -> list[tuple[Any, Any]]:
-    """(y, u) of each record as they were given; u is None where there are no inputs."""
-    listed = isinstance(y, list | tuple)
-    if isinstance(y, Mapping | Iterator) or (listed and not y):
-        raise ValueError(
-            f"y must be a record (N, {p}) or a table, or a list of them, not "
-            f"{'empty' if listed else 'a ' + type(y).__name__}"
-        )
-    if listed:
-        shapes = [_shape(one) for one in y]
-        whole = [len(s) == 2 or (p == 1 == len(s) and s != (1,)) for s in shapes]
-        if not all(whole):
-            if not any(whole) and all(shape in ((), (p,)) for shape in shapes):
-                return [(y, u)]
-            k = whole.index(False)
-            wanted = f"(N, {p})" + (" or (N,)" if p == 1 else "")
-            has = f"the shape {shapes[k]}" if shapes[k] != UNEVEN else "rows of several"
-            raise ValueError(
-                f"y is a list, and each of its entries must be a record {wanted}; "
-                f"entry {k} has {has}{' lengths' * (shapes[k] == UNEVEN)}"
-            )
-    elif getattr(y, "ndim", 0) != 3:
-        return [(y, u)]
-    if u is None or (isinstance(u, int | float) and u == 0):
-        return [(one, None) for one in y]
-    if not listed and np.ndim(u) == 2:
-        return [(one, u) for one in y]  # the same for all
-    if not isinstance(u, list | tuple | np.ndarray) or len(u) != len(y):
-        raise ValueError(
-            f"y has {len(y)} records, so u must be a list as long; got {short(u)}"
-        )
-    return list(zip(y, u))
-
-
-UNEVEN = (-1, -1, -1)  # the shape of rows of several lengths
-
-
-def _shape(one: Any) -> tuple[int, ...]:
-    """The shape of an array, table or list of numbers; () of anything else."""
-    try:
-        return tuple(one.shape) if hasattr(one, "shape") else np.shape(one)
-    except ValueError:
-        return UNEVEN
+    record = Record.of(record)
+    if record.arrival is not None:
+        raise ValueError("a fit uses all readings at once: leave `arrival` out")
+    if not record.many:
+        return [record.on(plant)]
+    found = []
+    for k, one in enumerate(record.each()):
+        with of_record(k):
+            found.append(one.on(plant))
+    return found
 
 
 def require_measured(plant: Plant, records: Records) -> None:
@@ -91,7 +46,7 @@ def require_measured(plant: Plant, records: Records) -> None:
         Naming the output.
     """
     names = plant.output_names
-    columns = np.concatenate([y for y, _ in records])
+    columns = np.concatenate([rows.y for rows in records])
     empty = [names[j] for j in np.flatnonzero(np.isnan(columns).all(axis=0))]
     if empty:
         raise DesignError(
@@ -123,7 +78,7 @@ def require_enough(plant: Plant, records: Records, unknown: int) -> None:
     DesignError
         With the number of readings, and how many the unknown start takes.
     """
-    readings = sum(int((~np.isnan(y)).sum()) for y, _ in records)
+    readings = sum(int((~np.isnan(rows.y)).sum()) for rows in records)
     spent = 0 if plant.P0 is not None else plant.n * len(records)
     if readings - spent < ENOUGH * unknown:
         start = f", less {spent} that the unknown start takes," if spent else ""

@@ -52,10 +52,10 @@ class Likelihood:
     def __init__(self, unknowns: Unknowns, data: Records, theta: Vector) -> None:
         self.unknowns = unknowns
         plant = unknowns.parameters.template
-        self.rows = [Record(y, u, "rows").on(plant) for y, u in data]
-        self.count = sum(int((~np.isnan(y)).sum()) for y, _ in data)
+        self.rows = data
+        self.count = sum(int((~np.isnan(rows.y)).sum()) for rows in data)
         known = unknowns.plant(unknowns.noises(theta), plant)
-        self.starts = [_wide(known, *one) for one in data]
+        self.starts = [_wide(known, rows.y, rows.u) for rows in data]
 
     def plant(self, noises: Matrices, values: Vector, checked: bool = False) -> Plant:
         """The plant with these Q and R, and these values of parameters."""

@@ -97,7 +97,7 @@ def _recommended(table: Comparison | None, data: Measurements | None) -> Iterato
 
 def _missed(observer: Observer, plant: Plant, data: Measurements) -> Matrix:
     """Readings from the second on, less what the estimates before predict of them."""
-    x = estimate(observer, data.y, data.u, x0=plant.at_first_sample().x0)
+    x = estimate(observer, data.record, x0=plant.at_first_sample().x0)
     ahead = x[:-1] @ plant.A.T + data.u[:-1] @ plant.B.T
     missed: Matrix = data.y[1:] - ahead @ plant.C.T - data.u[1:] @ plant.E.T
     return missed

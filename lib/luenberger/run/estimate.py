@@ -24,45 +24,27 @@ from .simulate import along, each
 
 @overload
 def estimate(
-    observer: Observer, y: np.ndarray | Sequence[Sequence[float]], u: Any = ..., *,
-    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
+    observer: Observer, record: np.ndarray | Sequence[Sequence[float]], *,
+    z0: Given = ..., x0: Given = ...,
 ) -> Matrix: ...  # fmt: skip
 @overload
 def estimate(
-    observer: Observer, y: Any, u: Any = ..., *,
-    time: Any = ..., u0: Given = ..., z0: Given = ..., x0: Given = ...,
-) -> Any: ...  # fmt: skip
+    observer: Observer, record: Any, *, z0: Given = ..., x0: Given = ...
+) -> Any: ...
 def estimate(
-    observer: Observer,
-    y: Any,
-    u: Any = None,
-    *,
-    time: Any = None,
-    u0: Given = None,
-    z0: Given = None,
-    x0: Given = None,
+    observer: Observer, record: Any, *, z0: Given = None, x0: Given = None
 ) -> Any:
-    """Run an observer on recorded data.
+    """Run an observer on a record.
 
     Parameters
     ----------
     observer : Observer
         Discrete.
-    y : (N, p) array_like or DataFrame
-        Measurements; for a time-varying filter row k is instant k + 1.  The columns of
-        a DataFrame of pandas or Polars, or of a DataArray or Dataset of xarray, are
-        found by `observer.output_names`, in any order and among others; by position
-        where the observer has no names.  A Series is the one channel of p = 1.  An
-        array (M, N, p), or a list of records or tables, are M records, each with an
+    record : Record, or what one is made of
+        Complete: an observer of constant gains needs every reading.  The columns of a
+        table are found by the observer's names, or by position where it has none.  For
+        a time-varying filter row k is instant k + 1.  Each of many records has an
         observer of its own.
-    u : (N, m) array_like or DataFrame, optional
-        Known input at the same instants.  By default the columns of the DataFrame y
-        that are named `observer.input_names`, or zero for an array; 0 if there is no
-        known input.
-    time : (N,) array_like or "rows", optional
-        When each row was measured, as in `Record`.  It must agree with dt.
-    u0 : (m,) array_like, optional
-        For a time-varying filter, the input that acted from instant 0 to 1.
     z0 : (r,) array_like, optional
         State of the observer at the first row, default as designed.
     x0 : (n,) array_like, optional
@@ -73,14 +55,15 @@ def estimate(
     -------
     (N, q) ndarray or DataFrame
         The estimate of L x at each row; it uses y up to and including that row.  For
-        a DataFrame or Series y a DataFrame: the index is y's, the columns are
+        a table a DataFrame: the index is the table's, the columns are
         `observer.estimate_names`.  Of many records (M, N, q), or a list where they are
         tables or have several lengths; what is found of one hangs on no other.
 
     Raises
     ------
     ValueError
-        If sizes disagree, a value is missing (use `Filter`), an estimate overflows
+        If sizes disagree, a reading is missing or comes late (use `Filter`), times
+        contradict dt, an estimate overflows
         (naming its row), a time-varying filter is given more rows than it has, or both
         z0 and x0 are given.  If a table lacks a column, holds other things than numbers
         in one, or y and u have different indices.
@@ -102,10 +85,15 @@ def estimate(
     expect(observer=observer)
     require_real("estimate", observer)
     require_samples(observer)
-    u0 = dataframes.entries("u0", u0, observer.input_names)
+    record = Record.of(record)
+    if record.arrival is not None:
+        raise ValueError(
+            "an observer of constant gains cannot wait: leave `arrival` out, or run "
+            "Filter(plant), which takes readings that arrive late"
+        )
+    u0 = dataframes.entries("u0", record.u0, observer.input_names)
     x0 = dataframes.entries("x0", x0, observer.state_names)
     z = start(observer, u0, z0, x0)
-    record = Record(y, u, time)
     found = _of_many if record.many else _of_one
     return found(observer, record, z)
 

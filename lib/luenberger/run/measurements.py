@@ -52,6 +52,11 @@ class Measurements:
         return None
 
     @property
+    def record(self) -> Record:
+        """The rows alone; their times were checked when the file was read."""
+        return Record(self.y, self.u, "rows")
+
+    @property
     def missing(self) -> int:
         """How many single measurements are missing."""
         return int(np.isnan(self.y).sum())

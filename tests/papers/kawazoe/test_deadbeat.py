@@ -54,7 +54,7 @@ def errors(observer, plant, N=20):
     """Largest error of the estimate at each sample, from a wrong start."""
     x, y, u = record(plant, N)
     start = 10 * np.random.default_rng(3).normal(size=observer.order)
-    return np.abs(lb.estimate(observer, y, u, z0=start) - x).max(axis=1)
+    return np.abs(lb.estimate(observer, lb.Record(y, u), z0=start) - x).max(axis=1)
 
 
 def random_plant(seed, n, p, singular=False):
@@ -85,7 +85,7 @@ def test_the_estimate_is_the_reconstructed_state():
     plant = random_plant(5, 6, 2)
     x, y, u = record(plant, 12)
     observer = lb.deadbeat_observer(plant)
-    estimate = lb.estimate(observer, y, u, z0=np.ones(4))
+    estimate = lb.estimate(observer, lb.Record(y, u), z0=np.ones(4))
     state = lb.reconstruct_state(plant, y, u, at="end")
     assert np.allclose(estimate[2:], state, rtol=0, atol=1e-9)
 

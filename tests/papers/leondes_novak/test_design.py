@@ -76,7 +76,7 @@ def test_order_n_is_the_kalman_filter(n, p, S, rows):
     assert relative(observer.V, K) < 1e-12
     covariances = lb.error_covariance(observer, plant, steps=N)
     assert relative(covariances[1:], P) < 1e-12
-    assert relative(lb.estimate(observer, y, u, u0=u0), x) < 1e-12
+    assert relative(lb.estimate(observer, lb.Record(y, u, u0=u0)), x) < 1e-12
     filtered = lb.Filter(plant).run(lb.Record(y, u, u0=u0))
     assert relative(filtered.x, x) < 1e-12
     assert relative(filtered.P, P) < 1e-12
@@ -94,7 +94,7 @@ def test_every_order_in_three_ways(m1, rows):
     assert observer.order == plant.n - len(accurate)
     assert lb.certify(observer, plant).worst < 1e-13
     filtered = lb.Filter(plant, m1).run(lb.Record(y, u, u0=u0))
-    estimates = lb.estimate(observer, y, u, u0=u0)
+    estimates = lb.estimate(observer, lb.Record(y, u, u0=u0))
     assert relative(estimates, filtered.x) < 1e-12
     covariances = lb.error_covariance(observer, plant, steps=N)
     assert relative(covariances[1:], filtered.P) < 1e-12
@@ -168,11 +168,13 @@ def test_prior_and_posterior_starts_agree():
         two = lb.reduced_order_filter(before, m1, steps=12)
         np.testing.assert_allclose(one.V, two.V, rtol=1e-11, atol=1e-13)
         np.testing.assert_allclose(
-            lb.estimate(one, y, u, u0=u0), lb.estimate(two, y, u), rtol=1e-10
+            lb.estimate(one, lb.Record(y, u, u0=u0)),
+            lb.estimate(two, lb.Record(y, u)),
+            rtol=1e-10,
         )
         np.testing.assert_allclose(
             lb.Filter(before, m1).run(lb.Record(y, u)).x,
-            lb.estimate(two, y, u),
+            lb.estimate(two, lb.Record(y, u)),
             rtol=1e-10,
         )
         covariances = lb.error_covariance(two, before, steps=12)
@@ -190,7 +192,7 @@ def test_another_mean_of_the_initial_state():
     moved = random_plant()
     object.__setattr__(moved, "x0", other)
     np.testing.assert_allclose(
-        lb.estimate(observer, y, u, u0=u0, x0=other),
+        lb.estimate(observer, lb.Record(y, u, u0=u0), x0=other),
         lb.Filter(moved, 2).run(lb.Record(y, u, u0=u0)).x,
         rtol=1e-10,
     )
@@ -213,7 +215,9 @@ def test_all_states_measured_gives_order_zero():
     assert observer.order == 0 and lb.certify(observer, plant).stable
     y, u, _ = record(plant, 5)
     direct = np.linalg.solve(plant.C, (y - u @ plant.E.T).T).T
-    np.testing.assert_allclose(lb.estimate(observer, y, u), direct, rtol=1e-9)
+    np.testing.assert_allclose(
+        lb.estimate(observer, lb.Record(y, u)), direct, rtol=1e-9
+    )
     trace = np.trace(lb.error_covariance(observer, plant))
     inverse = np.linalg.inv(plant.C)
     np.testing.assert_allclose(trace, np.trace(inverse @ plant.R @ inverse.T))

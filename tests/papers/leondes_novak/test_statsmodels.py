@@ -76,10 +76,10 @@ def test_a_filter_over_steps_is_theirs_without_gaps(case):
     if np.isnan(y).any():
         observer = lb.kalman_filter(plant, steps=80)
         with pytest.raises(ValueError, match="a Filter takes NaN"):
-            lb.estimate(observer, y, u, u0=u0)
+            lb.estimate(observer, lb.Record(y, u, u0=u0))
         return
     found = theirs(plant, y, u, u0)
-    estimates = lb.estimate(lb.kalman_filter(plant, steps=80), y, u, u0=u0)
+    estimates = lb.estimate(lb.kalman_filter(plant, steps=80), lb.Record(y, u, u0=u0))
     assert generators.relative(estimates, found.filtered_state.T) < NEARLY_EXACT
 
 
