@@ -51,9 +51,9 @@ def test_every_stage_list_has_one_name():
 def test_two_stage_lists_of_one_name_are_refused(tmp_path, monkeypatch):
     lines = [
         "from luenberger.stage_list import StageList",
-        'step = StageList(__name__, "one.step", "x")',
-        'other = StageList(__name__, "one.other", "x")',
-        'step = StageList(__name__, "two.step", "x")',
+        'step = StageList(__name__, "one.step")',
+        'other = StageList(__name__, "one.other")',
+        'step = StageList(__name__, "two.step")',
     ]
     (tmp_path / "front_door.py").write_text("\n".join(lines))
     monkeypatch.syspath_prepend(tmp_path)
@@ -65,7 +65,6 @@ def test_two_stage_lists_of_one_name_are_refused(tmp_path, monkeypatch):
 def test_a_stage_list_computes_what_it_says(stages):
     derivation = stages()
     targets = [stage.target.name for stage in derivation.stages]
-    assert targets == stages.computes.split()
     step = kernels.compiled(stages)
     assert list(step.given) == [symbol.name for symbol in derivation.given]
     returned = ", ".join(f"{name}={name}" for name in targets)

@@ -14,7 +14,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class StageList:
-    """Where a stage list is written, and what it computes.
+    """Where a stage list is written.
 
     Attributes
     ----------
@@ -22,21 +22,18 @@ class StageList:
         The package of the paper's derivations.
     where : str
         "module.name" in there: the stage list, or a function that makes it.
-    computes : str
-        The names of what it assigns, in order, with a blank between them.
 
     Examples
     --------
     >>> from luenberger.papers.leondes_novak.derivation import estimate_step
-    >>> estimate_step.where, estimate_step.computes
-    ('estimate.estimate_step', 'x_minus innovation x_next rho_next')
+    >>> estimate_step.where
+    'estimate.estimate_step'
     >>> print(estimate_step().stages[0])
     x₋ = A x + B u + J ρ  (43)
     """
 
     package: str
     where: str
-    computes: str
 
     def __call__(self) -> Any:
         """The `Derivation`: its stages, and the proof of what is claimed of them."""

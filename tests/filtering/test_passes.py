@@ -208,7 +208,7 @@ def test_each_of_many_outputs_may_be_missing():
 
 def by_the_page(A, Q, C, R, Sigma):
     """One step of the recursion that `best_coordinates` derives, in Fractions."""
-    step = best_coordinates.gain_step()
+    step = best_coordinates.gain_step
     given = dict(A=A, Q=Q, C=C, R=R, Sigma=Sigma, Gamma=zeros(len(A), len(C)))
     values = {}
     for symbol in step.given:

@@ -38,13 +38,14 @@ def compiled(stages: StageList, *outputs: str, stacks: bool = False) -> Step:
     from . import kept
     from .step import assemble
 
-    if missing := set(outputs) - set(stages.computes.split()):
-        raise KeyError(f"{stages.where} computes no {sorted(missing)}")
-
     def make() -> tuple[str, list[str]]:
         from .text import numpy_source
 
-        given, text = numpy_source(stages(), outputs, flat=not stacks)
+        made = stages()
+        computed = {stage.target.name for stage in made.stages}
+        if missing := set(outputs) - computed:
+            raise KeyError(f"{stages.where} computes no {sorted(missing)}")
+        given, text = numpy_source(made, outputs, flat=not stacks)
         return text, list(given)
 
     return assemble(*kept.derived(("numpy", stages, outputs, stacks), make))

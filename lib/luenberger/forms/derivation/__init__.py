@@ -12,8 +12,6 @@ A proof or a stage list of a change of coordinates enters here.
 
 from ...stage_list import StageList
 
-changed = StageList(__name__, "change.changed", "F_S G_S D_S P_S T_S z_S")
-combined_estimates = StageList(
-    __name__, "combinations.combined_estimates", "P_H V_H W_H L_H"
-)
-balancing = StageList(__name__, "gramians.balancing", "S U")
+changed = StageList(__name__, "change.changed")
+combined_estimates = StageList(__name__, "combinations.combined_estimates")
+balancing = StageList(__name__, "gramians.balancing")

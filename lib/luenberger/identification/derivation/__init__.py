@@ -16,15 +16,9 @@ A proof or a stage list of a record enters here.
 
 from ...stage_list import StageList
 
-weighed = StageList(__name__, "likelihood.weighed", "W e")
-error_noise = StageList(__name__, "autocovariances.error_noise", "W")
-first_autocovariances = StageList(
-    __name__, "autocovariances.first_autocovariances", "Lambda_0 N_1"
-)
-autocovariance_step = StageList(
-    __name__, "autocovariances.autocovariance_step", "Lambda_k N_next"
-)
-silent_change = StageList(__name__, "identifiability.silent_change", "dQ dR dS")
-change_step = StageList(
-    __name__, "identifiability.change_step", "dW X_next dLambda_0 dN_1"
-)
+weighed = StageList(__name__, "likelihood.weighed")
+error_noise = StageList(__name__, "autocovariances.error_noise")
+first_autocovariances = StageList(__name__, "autocovariances.first_autocovariances")
+autocovariance_step = StageList(__name__, "autocovariances.autocovariance_step")
+silent_change = StageList(__name__, "identifiability.silent_change")
+change_step = StageList(__name__, "identifiability.change_step")

@@ -89,12 +89,9 @@ drives = page(
     .fold(is_W)
 )
 is_P_next = page.let(P_next, A_L * P * A_L.T + W)
+says = "the covariance of the error"
 page(
-    letters.derive(
-        "",
-        "the covariance of the error",
-        (A_L * e + w - L * v) * (A_L * e + w - L * v).T,
-    )
+    letters.derive("", says, (A_L * e + w - L * v) * (A_L * e + w - L * v).T)
     .expect(is_P, is_Q, is_S, is_R, past_w, past_v)
     .fold(is_W, is_P_next)
 )
@@ -111,12 +108,9 @@ page(
 page("""The next error is correlated with this innovation: through the error before it,
     and through the noises that both contain.""")
 is_N_1 = page.let(N_1, A_L * P * C.T + S - L * R)
+says = "the covariance of the next error and the innovation"
 page(
-    letters.derive(
-        "",
-        "the covariance of the next error and the innovation",
-        (A_L * e + w - L * v) * (C * e + v).T,
-    )
+    letters.derive("", says, (A_L * e + w - L * v) * (C * e + v).T)
     .expect(is_P, is_S, is_R, past_w, past_v)
     .fold(is_N_1)
 )

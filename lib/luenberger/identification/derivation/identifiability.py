@@ -103,12 +103,9 @@ page("""Take any symmetric `X` at every instant, and change the noises as follow
 is_dQ = page.let(dQ, X_next - A * X * A.T)
 is_dR = page.let(dR, -C * X * C.T)
 is_dS = page.let(dS, -A * X * C.T)
+says = "such a change drives the error as the matrix moves"
 page(
-    letters.derive(
-        "",
-        "such a change drives the error as the matrix moves",
-        A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T,
-    )
+    letters.derive("", says, A_L * X * A_L.T + dQ - dS * L.T - L * dS.T + L * dR * L.T)
     .put(is_A_L, is_dQ, is_dR, is_dS)
     .expand()
 )

@@ -37,12 +37,9 @@ page("""A measurement is what the filter predicts from those before it, and the
     its diagonal, and zeros elsewhere.""")
 triangle = page.let(y_all, T_all * nu_all)
 is_V = page.suppose(T_all * M_all, V_all * T_all.T.I)
+says = "the exponent of the density, from the innovations"
 page(
-    letters.derive(
-        "",
-        "the exponent of the density, from the innovations",
-        y_all.T * V_all.I * y_all,
-    )
+    letters.derive("", says, y_all.T * V_all.I * y_all)
     .use(triangle)
     .by(nu_all.T * M_all.I * nu_all, is_V)
 )
@@ -53,6 +50,12 @@ page("""The determinant of such a triangle is one, so that of `V_all` is the pro
     + log det(M) + innovation' W innovation)`, with `W` the inverse of `M`.""")
 is_W = page.suppose(W * M, Identity(p))
 is_e = page.let(e, W * innovation)
+row = innovation.T * M.I * innovation
+page(
+    letters.derive("", "what one row adds to the exponent", row).by(
+        innovation.T * e, is_W, is_e
+    )
+)
 
 weighed = page.program(
     "an innovation, weighed",

@@ -9,7 +9,7 @@ Shephard (1992), "Exact score for time series models in state space form".
 
 from sympy import Determinant, Rational, Trace, log, symbols
 
-from matrixproof import BlockMatrix, Line, Notation, Page, Substitute, ZeroMatrix, plus
+from matrixproof import BlockMatrix, Notation, Page, ZeroMatrix, plus
 
 n, p, m = symbols("n p m", integer=True, nonnegative=True)
 c = symbols("c", integer=True, positive=True)  # one column, or one more for each state
@@ -68,40 +68,26 @@ is_h = page.suppose(e, h + G.T * eta_next)
 
 page("""In terms of `h`, which takes the place of `e`, a row gives the following. Here
     `X` is the covariance of the next state before the measurement is used.""")
-page.chain(
-    "",
-    "what a row gives, in terms of one unknown",
-    half * Trace(e.T * M * e)
-    - Trace(e.T * nu)
-    + Trace(eta_next.T * G * nu)
-    + Trace(eta_next.T * (N - G * M) * e)
-    + half * Trace(eta_next.T * (X - G * N.T - N * G.T + G * M * G.T) * eta_next),
-    Line(
-        half * Trace(h.T * M * h)
-        - Trace(h.T * nu)
-        + Trace(eta_next.T * N * h)
-        + half * Trace(eta_next.T * X * eta_next),
-        by=(is_h,),
-    ),
+passed = X - G * N.T - N * G.T + G * M * G.T
+row = plus(
+    half * Trace(e.T * M * e) - Trace(e.T * nu) + Trace(eta_next.T * G * nu),
+    Trace(eta_next.T * (N - G * M) * e) + half * Trace(eta_next.T * passed * eta_next),
+)
+of_h = half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h)
+page(
+    letters.derive("", "what a row gives, in terms of one unknown", row).by(
+        of_h + half * Trace(eta_next.T * X * eta_next), is_h
+    )
 )
 page(
-    letters.derive(
-        "",
-        "it is stationary in that unknown",
-        half * Trace(h.T * M * h) - Trace(h.T * nu) + Trace(eta_next.T * N * h),
-    )
+    letters.derive("", "it is stationary in that unknown", of_h)
     .gradient(h, held=(M, N, nu))
     .fold(is_e, is_G)
     .use(is_h)
 )
+says = "it is stationary in the gain"
 page(
-    letters.derive(
-        "",
-        "it is stationary in the gain",
-        Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
-    )
-    .gradient(G, held=(M, N))
-    .use(is_G)
+    letters.derive("", says, Trace(Pi_next * passed)).gradient(G, held=(M, N)).use(is_G)
 )
 
 page("""Now put the next state above the measurement. Before the measurement is used,
@@ -126,18 +112,13 @@ is_X = page.let(X, A * Omega * A.T + Q)
 is_N = page.suppose(N, A * Omega * C.T + S)
 is_M = page.suppose(M, C * Omega * C.T + R)
 is_nu = page.suppose(nu, y - E * u - C * x)
-page.chain(
-    "",
-    "what the covariances give, in both together",
-    Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J)),
-    Substitute(
-        Trace(h.T * M * h)
-        + 2 * Trace(eta_next.T * N * h)
-        + Trace(eta_next.T * X * eta_next)
-        - Trace(W * M)
-        - Trace(Pi_next * (X - G * N.T - N * G.T + G * M * G.T)),
-        by=(is_k, is_Pi_J, is_Z, is_J, is_X, is_N, is_M),
-    ),
+says = "what the covariances give, in both together"
+rest = Trace(eta_next.T * X * eta_next) - Trace(W * M) - Trace(Pi_next * passed)
+page(
+    letters.derive("", says, Trace((k * k.T - Pi_J) * (Z * Omega * Z.T + J))).by(
+        Trace(h.T * M * h) + 2 * Trace(eta_next.T * N * h) + rest,
+        *(is_k, is_Pi_J, is_Z, is_J, is_X, is_N, is_M),
+    )
 )
 says = "what the means give, in both together"
 page(

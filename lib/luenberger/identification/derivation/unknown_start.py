@@ -62,10 +62,5 @@ none_left = page(
 page("""So what is finite of the covariance matters only up to parts along the
     direction: another mean and another finite part along it lead to the same. That is
     why terms that do not lead may be dropped.""")
-page(
-    letters.derive(
-        "",
-        "parts along the direction are forgotten",
-        Y_g * (P_f + v * a.T + a * v.T) * Y_g.T,
-    ).use(none_left)
-)
+says = "parts along the direction are forgotten"
+page(letters.derive("", says, Y_g * (P_f + v * a.T + a * v.T) * Y_g.T).use(none_left))

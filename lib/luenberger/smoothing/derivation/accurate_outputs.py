@@ -56,12 +56,9 @@ page(
     .fold(is_v)
     .expect(is_R)
 )
+says = "is that of what was found of it, and of the rest"
 page(
-    letters.derive(
-        "",
-        "is that of what was found of it, and of the rest",
-        (rho_s + C * e_s) * (rho_s + C * e_s).T,
-    )
+    letters.derive("", says, (rho_s + C * e_s) * (rho_s + C * e_s).T)
     .expect(is_R_s, is_Sigma_s, made)
     .fold(halves)
 )
@@ -76,11 +73,10 @@ shortest = page.suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r))
 root_W = page.suppose(W_e, L_W * L_W.T)
 is_Z = page.moment(rho_s * z.T, Z_z)
 is_z = page.moment(z * z.T, L_z * L_z.T)
+says = "such an estimate shows what the accurate outputs show"
 page(
     letters.derive(
-        "",
-        "such an estimate shows what the accurate outputs show",
-        S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z),
+        "", says, S_1 * rho_s - S_1 * C * (Gamma_1 * S_1 * rho_s + Phat * z)
     ).use(push, unseen)
 )
 spread = page(
@@ -105,12 +101,9 @@ estimate = page(
     .put(pushed)
     .fold(is_Gamma)
 )
+says = "the covariance of the pushed error"
 page(
-    letters.derive(
-        "",
-        "the covariance of the pushed error",
-        (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T,
-    )
+    letters.derive("", says, (e_s + Gamma * rho_s) * (e_s + Gamma * rho_s).T)
     .expect(is_Sigma_s, is_R_s, made)
     .fold(is_Sigma_c)
 )
@@ -128,22 +121,16 @@ is_U = page.moment(e_s_next * e_s.T, U_next)
 is_R_u = page.moment(rho_s_next * rho_s.T, R_u)
 made_before = page.moment(e_s_next * rho_s.T, ZeroMatrix(n, p))
 made_behind = page.moment(rho_s_next * e_s.T, ZeroMatrix(p, n))
+says = "the noises of neighbours have nothing in common"
 page(
-    letters.derive(
-        "",
-        "the noises of neighbours have nothing in common",
-        (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
-    )
+    letters.derive("", says, (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T)
     .fold(is_v, is_v_next)
     .expect(white)
 )
 opposite = page.suppose(R_u, -C_next * U_next * C.T)
+says = "so the residuals have what the errors have, with the other sign"
 page(
-    letters.derive(
-        "",
-        "so the residuals have what the errors have, with the other sign",
-        (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T,
-    )
+    letters.derive("", says, (rho_s_next + C_next * e_s_next) * (rho_s + C * e_s).T)
     .expect(is_R_u, is_U, made_before, made_behind)
     .use(opposite)
 )

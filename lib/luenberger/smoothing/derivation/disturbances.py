@@ -85,12 +85,9 @@ page.at("", "the rest is uncorrelated with what arrived", regression.apart, **by
 is_S = page.moment(w_all * v.T, S)
 is_S_left = page.let(S_left, S - J * R_all.T)
 independent = page.moment(w * v_seen.T, ZeroMatrix(n, pa))
+says = "what the process noise has in common with the rest"
 page(
-    letters.derive(
-        "",
-        "what the process noise has in common with the rest",
-        (w_all - J * v_seen) * (v - J_v * v_seen).T,
-    )
+    letters.derive("", says, (w_all - J * v_seen) * (v - J_v * v_seen).T)
     .by((w_all - J * v_seen) * v.T - w * v_seen.T * J_v.T, whole)
     .expect(is_S, is_R_all, independent)
     .fold(is_S_left)

@@ -7,7 +7,7 @@ inverted: a gain is any solution of its equation.
 Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our own.
 """
 
-from matrixproof import Expect, Line, Page, ZeroMatrix
+from matrixproof import Page, ZeroMatrix
 
 from ...theory import regression
 from .letters import (
@@ -72,12 +72,9 @@ page(
     .expect(is_Sigma, is_Q, apart)
     .fold(is_Omega)
 )
+says = "what the next prediction has in common with the estimate"
 page(
-    letters.derive(
-        "",
-        "what the next prediction has in common with the estimate",
-        e_minus_next * e.T,
-    )
+    letters.derive("", says, e_minus_next * e.T)
     .put(moves)
     .expect(is_Sigma, apart)
     .fold(is_T)
@@ -101,12 +98,9 @@ is_d = page.let(d, e - G * e_minus_next)
 seen_later = page.let(e_s_next, Psi * e_minus_next + r)
 new = page.moment(e * r.T, gone)
 new_ahead = page.moment(e_minus_next * r.T, gone)
+says = "what is left is uncorrelated with the smoothed error one step on"
 page(
-    letters.derive(
-        "",
-        "what is left is uncorrelated with the smoothed error one step on",
-        d * e_s_next.T,
-    )
+    letters.derive("", says, d * e_s_next.T)
     .put(is_d, seen_later)
     .expect(both, ahead, new, new_ahead)
     .use(is_G)
@@ -119,17 +113,11 @@ corrects = page.let(x_s, x + G * (x_s_next - x_minus_next))
 is_e = page.suppose(e, x - xt)
 is_e_minus = page.suppose(e_minus_next, x_minus_next - xt_next)
 is_e_s_next = page.suppose(e_s_next, x_s_next - xt_next)
-error = page.chain(
-    "",
-    "the error of the smoothed estimate",
-    x_s - xt,
-    Line(x + G * (x_s_next - x_minus_next) - xt, by=(corrects,)),
-    Line(
-        (x - xt) - G * (x_minus_next - xt_next) + G * (x_s_next - xt_next),
-        why="add and subtract the next state",
-    ),
-    Line(e - G * e_minus_next + G * e_s_next, by=(is_e, is_e_minus, is_e_s_next)),
-    Line(d + G * e_s_next, by=(is_d,)),
+error = page(
+    letters.derive("", "the error of the smoothed estimate", x_s - xt)
+    .put(corrects)
+    .by(e - G * e_minus_next + G * e_s_next, is_e, is_e_minus, is_e_s_next)
+    .by(d + G * e_s_next, is_d)
 )
 is_D = page.moment(d * d.T, D)
 is_Sigma_s_next = page.moment(e_s_next * e_s_next.T, Sigma_s_next)
@@ -146,16 +134,11 @@ page(
 
 page("""It is a sum of squares for any gain. With the best gain the first one is
     shorter, and the recursion is that of Rauch, Tung and Striebel.""")
-of_squares = page.chain(
-    "",
-    "the covariance if the next state were known",
-    d * d.T,
-    Line((e - G * e_minus_next) * (e - G * e_minus_next).T, by=(is_d,)),
-    Line(((I - G * As) * e + G * w) * ((I - G * As) * e + G * w).T, by=(moves,)),
-    Expect(
-        (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T,
-        moments=(is_Sigma, is_Q, apart),
-    ),
+page(
+    letters.derive("", "the covariance if the next state were known", d * d.T)
+    .put(is_d, moves)
+    .expect(is_Sigma, is_Q, apart)
+    .by((I - G * As) * Sigma * (I - G * As).T + G * Q * G.T)
 )
 squares = page.suppose(D, (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T)
 short = page(
@@ -175,13 +158,11 @@ recursion = page(
 
 page("The errors of neighbours have in common what the gain passes on.")
 is_U = page.let(U_next, Sigma_s_next * G.T)
-lag_one = page.chain(
-    "",
-    "the covariance of neighbours",
-    e_s_next * (x_s - xt).T,
-    Line(e_s_next * (d + G * e_s_next).T, by=(error,)),
-    Expect(Sigma_s_next * G.T, moments=(is_Sigma_s_next, unrelated)),
-    Line(U_next, by=(is_U,)),
+lag_one = page(
+    letters.derive("", "the covariance of neighbours", e_s_next * (x_s - xt).T)
+    .use(error)
+    .expect(is_Sigma_s_next, unrelated)
+    .fold(is_U)
 )
 
 page("""A sum of squares has a factor. Where later rows leave a small part of a large
@@ -192,20 +173,11 @@ is_H_s_next = page.suppose(Sigma_s_next, H_s_next * H_s_next.T)
 is_kept = page.let(kept, (I - G * As) * H)
 is_drawn = page.let(drawn, G * L_Q)
 is_passed = page.let(passed, G * H_s_next)
-page.chain(
-    "",
-    "a factor of the smoothed covariance",
-    kept * kept.T + drawn * drawn.T + passed * passed.T,
-    Line(
-        (I - G * As) * H * H.T * (I - G * As).T
-        + G * L_Q * L_Q.T * G.T
-        + G * H_s_next * H_s_next.T * G.T,
-        by=(is_kept, is_drawn, is_passed),
-    ),
-    Line(
-        (I - G * As) * Sigma * (I - G * As).T + G * Q * G.T + G * Sigma_s_next * G.T,
-        by=(is_H, is_L_Q, is_H_s_next),
-    ),
-    Line(D + G * Sigma_s_next * G.T, by=(squares,)),
-    Line(Sigma_s, by=(is_Sigma_s,)),
+factors = kept * kept.T + drawn * drawn.T + passed * passed.T
+page(
+    letters.derive("", "a factor of the smoothed covariance", factors)
+    .put(is_kept, is_drawn, is_passed)
+    .by(squares.right + G * Sigma_s_next * G.T, is_H, is_L_Q, is_H_s_next)
+    .fold(squares)
+    .fold(is_Sigma_s)
 )

@@ -43,49 +43,27 @@ no other paper.
 
 from ....stage_list import StageList
 
-equivalent_noise = StageList(__name__, "augmented.equivalent_noise", "dV1 dV12 dV2")
-moment_ahead = StageList(__name__, "augmented.moment_ahead", "Q1_next")
-both_systems = StageList(
-    __name__, "augmented.both_systems", "A_tilde A_tilde_1 W_tilde"
-)
-output_moments = StageList(__name__, "augmented.output_moments", "Qxy Qxy_next Qyy")
-estimator_moments = StageList(__name__, "augmented.estimator_moments", "N12 N2")
-adjoint_moments = StageList(__name__, "cost.adjoint_moments", "M2 M12 M1")
-weight_of_both = StageList(__name__, "cost.weight_of_both", "L_tilde R_tilde_0")
-projection_cost = StageList(__name__, "cost.projection_cost", "Sigma J")
-projection_gradient = StageList(
-    __name__, "gradients.projection_gradient", "gradAe gradBe gradCe gradDe"
-)
-best_output = StageList(__name__, "sensitivity.best_output", "Czy Nzy CeDe Ce")
-best_output_differential = StageList(
-    __name__, "sensitivity.best_output_differential", "dNzy dCeDe dCe"
-)
-projection_differential = StageList(
-    __name__,
-    "sensitivity.projection_differential",
-    "dN12 dN2 dM2 dM12 dgradAe dgradBe dgradCe dgradDe",
-)
-projection_innovation = StageList(
-    __name__, "stationarity.projection_innovation", "Qs V2s"
-)
-projection_factors = StageList(
-    __name__, "stationarity.projection_factors", "X_G X_Gamma G Gam"
-)
-projection_product = StageList(__name__, "stationarity.projection_product", "I_e tau Q")
-feedthrough_gain = StageList(__name__, "stationarity.feedthrough_gain", "De")
-projection_gains = StageList(
-    __name__, "stationarity.projection_gains", "Kq Aq Ae Be Ce"
-)
-open_factors = StageList(__name__, "projection.open_factors", "G_open Gam_open")
-projection_scripts = StageList(
-    __name__, "projection.projection_scripts", "Kq Aq Lq Qh Ph"
-)
-projection_equations = StageList(
-    __name__,
-    "equations.projection_equations",
-    "Kq Aq Lq tau_perp riccati estimate adjoint idempotent aligned_Q aligned_P",
-)
-projection_trace = StageList(__name__, "equations.projection_trace", "J")
-first_drive = StageList(__name__, "constant_parameter.first_drive", "B_1")
-second_drive = StageList(__name__, "constant_parameter.second_drive", "B_w B_2")
-innovations_plant = StageList(__name__, "full_order.innovations_plant", "Kq V1i Lq")
+equivalent_noise = StageList(__name__, "augmented.equivalent_noise")
+moment_ahead = StageList(__name__, "augmented.moment_ahead")
+both_systems = StageList(__name__, "augmented.both_systems")
+output_moments = StageList(__name__, "augmented.output_moments")
+estimator_moments = StageList(__name__, "augmented.estimator_moments")
+adjoint_moments = StageList(__name__, "cost.adjoint_moments")
+weight_of_both = StageList(__name__, "cost.weight_of_both")
+projection_cost = StageList(__name__, "cost.projection_cost")
+projection_gradient = StageList(__name__, "gradients.projection_gradient")
+best_output = StageList(__name__, "sensitivity.best_output")
+best_output_differential = StageList(__name__, "sensitivity.best_output_differential")
+projection_differential = StageList(__name__, "sensitivity.projection_differential")
+projection_innovation = StageList(__name__, "stationarity.projection_innovation")
+projection_factors = StageList(__name__, "stationarity.projection_factors")
+projection_product = StageList(__name__, "stationarity.projection_product")
+feedthrough_gain = StageList(__name__, "stationarity.feedthrough_gain")
+projection_gains = StageList(__name__, "stationarity.projection_gains")
+open_factors = StageList(__name__, "projection.open_factors")
+projection_scripts = StageList(__name__, "projection.projection_scripts")
+projection_equations = StageList(__name__, "equations.projection_equations")
+projection_trace = StageList(__name__, "equations.projection_trace")
+first_drive = StageList(__name__, "constant_parameter.first_drive")
+second_drive = StageList(__name__, "constant_parameter.second_drive")
+innovations_plant = StageList(__name__, "full_order.innovations_plant")

@@ -14,6 +14,6 @@ stands below, so that nobody loads SymPy only to name it.  It uses
 
 from ....stage_list import StageList
 
-noise_block = StageList(__name__, "noise.noise_block", "Block")
-noise_of_a_period = StageList(__name__, "noise.noise_of_a_period", "P")
-noise_doubled = StageList(__name__, "noise.noise_doubled", "P_2")
+noise_block = StageList(__name__, "noise.noise_block")
+noise_of_a_period = StageList(__name__, "noise.noise_of_a_period")
+noise_doubled = StageList(__name__, "noise.noise_doubled")

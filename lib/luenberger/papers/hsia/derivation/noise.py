@@ -7,21 +7,9 @@ Source: Van Loan (1978), "Computing integrals involving the matrix exponential",
 the instants of Hsia (1974); the doubling is our own.
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Derivation,
-    Differential,
-    Line,
-    Notation,
-    Page,
-    Stage,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Notation, Page, Stage, ZeroMatrix
 
 n = symbols("n", integer=True, positive=True)
 letters = Notation()
@@ -59,95 +47,52 @@ is_E = page.let(E, BlockMatrix([[U, X], [ZeroMatrix(n, n), Phi.T]]))
 is_dE = page.let(dE, BlockMatrix([[dU, dX], [ZeroMatrix(n, n), dPhi.T]]))
 is_dU = page.suppose(dU, -A * U)
 is_dX = page.suppose(dX, Q * Phi.T - A * X)
-page.chain(
-    "",
-    "the rate of the exponential",
-    Block * E,
-    Substitute(
-        BlockMatrix([[-A * U, Q * Phi.T - A * X], [ZeroMatrix(n, n), A.T * Phi.T]]),
-        by=(is_Block, is_E),
-    ),
-    Substitute(dE, by=(is_dE, is_dU, is_dX, flows)),
+page(
+    letters.derive("", "the rate of the exponential", Block * E)
+    .multiply(is_Block, is_E)
+    .by(dE, is_dE, is_dU, is_dX, flows)
 )
 
 page("The product `Phi X` has the rate of the integral.")
-page.chain(
-    "",
-    "the rate of the product",
-    Phi * X,
-    Differential(dPhi * X + Phi * dX, of={Phi: dPhi, X: dX}),
-    Line(Phi * A * X + Phi * (Q * Phi.T - A * X), by=(flows, is_dX)),
-    Line(dP, by=(is_rate,)),
+page(
+    letters.derive("", "the rate of the product", Phi * X)
+    .differential({Phi: dPhi, X: dX})
+    .by(dP, flows, is_dX, is_rate)
 )
 
 page("It begins with zero as well. So it is the integral.")
 starts = page.suppose(X_0, ZeroMatrix(n, n))
-page.chain(
-    "",
-    "where the product begins",
-    Phi_0 * X_0,
-    Line(ZeroMatrix(n, n), by=(starts,)),
-)
+page(letters.derive("", "where the product begins", Phi_0 * X_0).use(starts))
 is_P = page.let(P, Phi * X)
 
 page("The rate `Phi Q Phi'` is symmetric, and so is what it adds up to.")
 even = page.suppose(P, P.T)
 
-
-def stage_list(given, stage, says):
-    source = "Van Loan (1978)"
-    return Derivation(given, (stage,), source=source, letters=letters, says=says)
-
-
-@cache
-def noise_block():
-    """What Van Loan takes the exponential of, but for the time."""
-    stage = Stage(Block, is_Block.right, by=(is_Block,))
-    return stage_list((A, Q), stage, "the block matrix of the noise")
-
-
-page(noise_block())
-
-
-@cache
-def noise_of_a_period():
-    """Q of one period by Van Loan's exponential."""
-    stage = Stage(P, Phi * X, symmetric=True, by=(is_P, even))
-    return stage_list((Phi, X), stage, "what the noise adds in a period")
-
-
-page(noise_of_a_period())
-
+noise_block = page.program("the block matrix of the noise", (A, Q), is_Block)
+noise_of_a_period = page.program(
+    "what the noise adds in a period",
+    (Phi, X),
+    Stage(P, Phi * X, symmetric=True, by=(is_P, even)),
+)
 
 page("""A first period has added `P_h`. Let it go on for the time `t`, which adds `H P
     H'`. The rate is that of the integral at this time, because `H Phi` is what a state
     becomes in both.""")
-page.chain(
-    "",
-    "the rate of what is added",
-    P_h + H * P * H.T,
-    Differential(H * dP * H.T, of={P: dP}, held=(P_h, H)),
-    Line(H * Phi * Q * (H * Phi).T, by=(is_rate,)),
+page(
+    letters.derive("", "the rate of what is added", P_h + H * P * H.T)
+    .differential({P: dP}, held=(P_h, H))
+    .put(is_rate)
 )
 
 page("So it is the integral. Let it go on for as long again: `H` is then `Phi`.")
 is_P_2 = page.let(P_2, P_h + H * P * H.T)
 as_long = page.let(H, Phi)
 as_much = page.let(P_h, P)
-doubled = page.chain(
-    "",
-    "a period twice as long",
-    P_2,
-    Line(P_h + H * P * H.T, by=(is_P_2,)),
-    Line(P + Phi * P * Phi.T, by=(as_long, as_much)),
+doubled = page(
+    letters.derive("", "a period twice as long", P_2).put(is_P_2, as_long, as_much)
 )
-
-
-@cache
-def noise_doubled():
-    """Q of a period twice as long."""
-    stage = Stage(P_2, P + Phi * P * Phi.T, symmetric=True, by=(doubled,))
-    return stage_list((Phi, P), stage, "what it adds in a period twice as long")
-
-
-page(noise_doubled())
+noise_doubled = page.program(
+    "what it adds in a period twice as long",
+    (Phi, P),
+    Stage(P_2, doubled.right, symmetric=True, by=(doubled,)),
+)

@@ -18,5 +18,5 @@ stands below, so that nobody loads SymPy only to name it.  It uses
 
 from ....stage_list import StageList
 
-next_entries = StageList(__name__, "deadbeat.next_entries", "T_n")
-measured_gain = StageList(__name__, "deadbeat.measured_gain", "D_i")
+next_entries = StageList(__name__, "deadbeat.next_entries")
+measured_gain = StageList(__name__, "deadbeat.measured_gain")

@@ -57,44 +57,24 @@ no other paper.
 
 from ....stage_list import StageList
 
-gain_step = StageList(
-    __name__, "best_coordinates.gain_step", "Omega M Kmv K Y Sigma_next"
-)
-estimate_step = StageList(
-    __name__, "estimate.estimate_step", "x_minus innovation x_next rho_next"
-)
-step_differential = StageList(
-    __name__, "steady_gain.step_differential", "dOmega dK dSigma"
-)
-closed_loop = StageList(__name__, "steady_gain.closed_loop", "Y Phi Q_c F")
-steady_gradient = StageList(__name__, "steady_gain.steady_gradient", "Gradient")
-observer_matrices = StageList(__name__, "best_coordinates.observer", "T F D G W")
-exact_gain = StageList(__name__, "best_coordinates.exact_gain", "V")
-decorrelation = StageList(__name__, "correlated_noise.decorrelation", "As Qs")
-error_recursion = StageList(
-    __name__, "correlated_noise.error_recursion", "X_next Sigma"
-)
-start_root = StageList(__name__, "start.start_root", "H_eps")
-beside_the_state = StageList(
-    __name__,
-    "any_observer.beside_the_state",
-    "F_both D_both P_both T_both T_ahead z_both",
-)
-driven_beside_the_state = StageList(
-    __name__, "any_observer.driven_beside_the_state", "B_both"
-)
-error_of_input = StageList(__name__, "any_observer.error_of_input", "e_bar")
-driven_plant = StageList(
-    __name__, "known_input.driven_plant", "A_in C_in Q_in R_in S_in"
-)
-driven_pair = StageList(__name__, "known_input.driven_pair", "A1_in C1_in")
-observer_of_both = StageList(
-    __name__, "measured_input.observer_of_both", "D_in V_in T_in L_in"
-)
-root_update = StageList(__name__, "square_root.root_update", "K Y kept drawn")
-root_error = StageList(__name__, "noise_factors.root_error", "moved drive shown drawn")
-root_decorrelation = StageList(__name__, "noise_factors.root_decorrelation", "G")
-observer_step = StageList(__name__, "side_by_side.observer_step", "w_hat z_next")
-side_by_side_step = StageList(
-    __name__, "side_by_side.side_by_side", "y w w_hat e z_next x_next"
-)
+gain_step = StageList(__name__, "best_coordinates.gain_step")
+estimate_step = StageList(__name__, "estimate.estimate_step")
+step_differential = StageList(__name__, "steady_gain.step_differential")
+closed_loop = StageList(__name__, "steady_gain.closed_loop")
+steady_gradient = StageList(__name__, "steady_gain.steady_gradient")
+observer_matrices = StageList(__name__, "best_coordinates.observer")
+exact_gain = StageList(__name__, "best_coordinates.exact_gain")
+decorrelation = StageList(__name__, "correlated_noise.decorrelation")
+error_recursion = StageList(__name__, "correlated_noise.error_recursion")
+start_root = StageList(__name__, "start.start_root")
+beside_the_state = StageList(__name__, "any_observer.beside_the_state")
+driven_beside_the_state = StageList(__name__, "any_observer.driven_beside_the_state")
+error_of_input = StageList(__name__, "any_observer.error_of_input")
+driven_plant = StageList(__name__, "known_input.driven_plant")
+driven_pair = StageList(__name__, "known_input.driven_pair")
+observer_of_both = StageList(__name__, "measured_input.observer_of_both")
+root_update = StageList(__name__, "square_root.root_update")
+root_error = StageList(__name__, "noise_factors.root_error")
+root_decorrelation = StageList(__name__, "noise_factors.root_decorrelation")
+observer_step = StageList(__name__, "side_by_side.observer_step")
+side_by_side_step = StageList(__name__, "side_by_side.side_by_side")

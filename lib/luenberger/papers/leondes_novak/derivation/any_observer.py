@@ -10,12 +10,7 @@ Source: our own; the conditions are those of Leondes and Novak (1974), (9), (13)
 
 from sympy import symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Page,
-    Stage,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Page, Stage, ZeroMatrix
 
 from .letters import SOURCE, I, letters, m, n, p, r
 from .letters.observer import D, F, G, T, T_next, z
@@ -79,10 +74,9 @@ page(
 )
 
 page("And the estimate of both is unbiased.")
+says = "both together estimate without bias"
 page(
-    letters.derive(
-        "13", "both together estimate without bias", P_both * T_both + V_any * C
-    )
+    letters.derive("13", says, P_both * T_both + V_any * C)
     .multiply(is_P, is_T)
     .use(is_N_3)
 )

@@ -7,49 +7,33 @@ gain of the Kalman filter, and a push towards what the accurate outputs show.
 Source: Leondes and Novak (1974), section III, (27)-(33); the push is our own.
 """
 
-from functools import cache
-
 from sympy import Trace
 
 from matrixproof import (
     Construction,
-    Derivation,
     Identity,
-    Line,
     Page,
     Solve,
     Stage,
     ZeroMatrix,
 )
 
-from .correlated_noise import is_D_s, is_F_s
-from .huddle import driven, is_W
+from ....theory import observer as observed
+from .correlated_noise import is_As, is_D_s, is_F_s, solution
+from .huddle import driven, estimate, follows, follows_next, is_e, is_W, moves
 from .letters import SOURCE, I, letters, m1, n, p, r
 from .letters.accurate import S1, Delta, Gamma, Gamma_1, Phat, That, W_e, Z
-from .letters.observer import D, F, G, P, T, T_next, V, W
+from .letters.observer import D, F, G, P, T, T_next, V, W, x_hat
 from .letters.plant import A, As, B, C, E, J, Q, R
-from .letters.step import K, Kmv, M, Omega, Sigma, Sigma_next, Y
-from .quadratic import (
-    is_Kmv,
-    is_M,
-    is_N,
-    is_Omega,
-    is_Sigma_next,
-    is_Y,
-    root_M,
-    square,
-)
+from .letters.step import K, Kmv, M, Omega, Sigma, Sigma_next
+from .quadratic import is_Kmv, is_M, is_N, is_Omega, is_Sigma_next, is_Y, root_M, square
+from .stochastic_system import measured, plant
 
 letters = letters.here()
 Gamma_0 = letters("Gamma_0", n, m1, "any direction in which they could push")
 X_0 = letters("X_0", r, n, "a pseudoinverse of `L_W' Phat`")
 G_1 = letters("G_1", m1, m1, "inverse weight seen by accurate outputs", symmetric=True)
 L_W = letters("L_W", n, n, "a root of the weight")
-
-
-def spread(X):
-    """What a gain costs that differs from the Kalman filter's by X."""
-    return Trace(W_e * X * M * X.T)
 
 
 page = Page(letters=letters, source=f"{SOURCE}, section III")
@@ -63,12 +47,9 @@ page("""Now the accurate outputs are treated as exact: the estimate must show wh
 push = page.suppose(S1 * C * Gamma_1, Identity(m1), "47")
 unseen = page.suppose(S1 * C * Phat, ZeroMatrix(m1, r), "47")
 is_Delta = page.let(Delta, S1 - S1 * C * Kmv)
+family = Kmv + Gamma_1 * Delta + Phat * Z
 page(
-    letters.derive(
-        "24",
-        "gains that meet the condition",
-        S1 * C * (Kmv + Gamma_1 * Delta + Phat * Z),
-    )
+    letters.derive("24", "gains that meet the condition", S1 * C * family)
     .use(push, unseen)
     .put(is_Delta)
     .expand()
@@ -93,12 +74,10 @@ page("""A choice costs more than the Kalman filter by the trace of the square. I
 shortest = page.suppose(Gamma_1.T * W_e * Phat, ZeroMatrix(m1, r))
 page(root_M)
 root_W = page.suppose(W_e, L_W * L_W.T)
+change = Gamma_1 * Delta + Phat * Z
+cost = Trace(W_e * change * M * change.T)
 page(
-    letters.derive(
-        "30–33",
-        "what a gain costs beyond the Kalman filter",
-        spread(Gamma_1 * Delta + Phat * Z),
-    )
+    letters.derive("30–33", "what a gain costs beyond the Kalman filter", cost)
     .expand()
     .use(shortest)
     .drop(root_W, root_M, of=Z)
@@ -137,15 +116,9 @@ page(
 page("""The paper's own choice of rows in (19) amounts to a weight as well: the one in
     which the accurate outputs and the chosen rows are coordinates of length one.""")
 other_rows = page.suppose(That * Gamma_1, ZeroMatrix(r, m1), "47")
-page(
-    letters.derive(
-        "19",
-        "the weight that belongs to the paper's coordinates",
-        Gamma_1.T * (C.T * S1.T * S1 * C + That.T * That) * Phat,
-    )
-    .use(unseen)
-    .use(other_rows)
-)
+weight = C.T * S1.T * S1 * C + That.T * That
+says = "the weight that belongs to the paper's coordinates"
+page(letters.derive("19", says, Gamma_1.T * weight * Phat).use(unseen).use(other_rows))
 
 page("""So the best gain that treats the accurate outputs as exact is the following. In
     the last line the push has columns for all outputs, zero for those that are not
@@ -180,13 +153,11 @@ page(
 page("""Where the accurate outputs have no noise there is nothing to pay and nothing to
     choose: the gain is the Kalman filter's.""")
 perfect = page.suppose(S1 * R, ZeroMatrix(m1, p))
-nothing_left = page.chain(
-    "",
-    "perfect outputs leave nothing",
-    Delta,
-    Line(Delta * M * M.I, why="the innovation covariance has an inverse"),
-    Line(S1 * R * M.I, by=(noise,)),
-    Line(ZeroMatrix(m1, p), by=(perfect,)),
+nothing_left = page(
+    letters.derive("", "perfect outputs leave nothing", Delta)
+    .insert(Delta * M * M.I, why="the innovation covariance has an inverse")
+    .by(S1 * R * M.I, noise)
+    .use(perfect)
 )
 as_kalman = page(
     letters.derive("", "with perfect outputs the gain is the Kalman filter's", K)
@@ -197,40 +168,19 @@ as_kalman = page(
 
 gain_stage = Stage(K, gain.right, "(33)", by=(gain,))
 
-
 page("""One step of the recursion goes from the covariance of an error to the gain, and
     to the covariance of the next.""")
 page(is_Omega, is_Y, is_Sigma_next)
-
-
-@cache
-def gain_step():
-    """Sigma at i to the gain and Sigma at i + 1 (A and Q after decorrelation)."""
-    stages = (
-        Stage(Omega, A * Sigma * A.T + Q, "(44)", symmetric=True, by=(is_Omega,)),
-        Stage(M, C * Omega * C.T + R, "(33)", symmetric=True, by=(is_M,)),
-        Stage(Kmv, Solve(Omega * C.T, M), "(33)", by=(is_Kmv, is_N)),
-        gain_stage,
-        Stage(Y, I - K * C, "(13)", by=(is_Y,)),
-        Stage(
-            Sigma_next,
-            Y * Omega * Y.T + K * R * K.T,
-            "(27)",
-            symmetric=True,
-            by=(is_Sigma_next,),
-        ),
-    )
-    return Derivation(
-        (A, Q, C, R, Gamma, Sigma),
-        stages,
-        source=SOURCE,
-        letters=letters,
-        says="from one error covariance to the next gain and the next covariance",
-    )
-
-
-page(gain_step())
-
+gain_step = page.program(
+    "from one error covariance to the next gain and the next covariance",
+    (A, Q, C, R, Gamma, Sigma),
+    (is_Omega, "(44)"),
+    (is_M, "(33)"),
+    Stage(Kmv, Solve(Omega * C.T, M), "(33)", by=(is_Kmv, is_N)),
+    gain_stage,
+    (is_Y, "(13)"),
+    (is_Sigma_next, "(27)"),
+)
 
 page("""Written as an observer, a gain that meets the condition is the weight of the
     measurement, and `Phat` the weight of the observer. What it follows is the part of
@@ -260,44 +210,26 @@ parts = page(
     .use(exact)
     .fold(is_Gamma)
 )
+exact_gain = page.program(
+    "a gain from its two parts",
+    (Gamma, Phat, That, K),
+    Stage(V, parts.right, "(24)", by=(is_V, parts)),
+)
 
 page("""Its other matrices are Huddle's, for the plant with independent noises; the
-    input takes the feedthrough along.""")
-page(is_F_s, is_D_s, driven, is_W)
-
-
-@cache
-def exact_gain():
-    """A gain K put together anew, so that C V meets the accurate outputs exactly."""
-    return Derivation(
-        (Gamma, Phat, That, K),
-        (Stage(V, parts.right, "(24)", by=(is_V, parts)),),
-        source="our own",
-        letters=letters,
-        says="a gain from its two parts",
-    )
-
-
-page(exact_gain())
-
-
-@cache
-def observer():
-    """A gain K written as an observer with P = Phat and V = K."""
-    stages = (
-        Stage(T, That - That * K * C, "(25)", by=(is_T,)),
-        Stage(F, T_next * As * Phat, "(14)", by=(is_F_s, is_P)),
-        Stage(D, T_next * As * K + T_next * J, "(15)", by=(is_D_s, is_V)),
-        Stage(G, T_next * B - D * E, "(10)", by=(driven,)),
-        Stage(W, -K * E, by=(is_W, is_V)),
-    )
-    return Derivation(
-        (As, B, J, C, E, Phat, That, K, T_next),
-        stages,
-        source=SOURCE,
-        letters=letters,
-        says="from a gain to the observer that has it",
-    )
-
-
-page(observer())
+    input takes the feedthrough along. Neither error then holds state or input.""")
+page(is_F_s, is_D_s, is_As, driven, is_W)
+page.at("9", "it satisfies the condition on the dynamics", solution)
+page(plant, measured, moves, follows, follows_next, estimate, is_e)
+page.at("11", "its error is driven by the noises alone", observed.free)
+of_state = dict(L=I, w_hat=x_hat)
+page.at("13, 26", "and so is that of its estimate", observed.error, **of_state)
+observer = page.program(
+    "from a gain to the observer that has it",
+    (As, B, J, C, E, Phat, That, K, T_next),
+    Stage(T, That - That * K * C, "(25)", by=(is_T,)),
+    Stage(F, T_next * As * Phat, "(14)", by=(is_F_s, is_P)),
+    Stage(D, T_next * As * K + T_next * J, "(15)", by=(is_D_s, is_V)),
+    Stage(G, T_next * B - D * E, "(10)", by=(driven,)),
+    Stage(W, -K * E, by=(is_W, is_V)),
+)

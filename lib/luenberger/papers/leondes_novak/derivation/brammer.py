@@ -7,14 +7,14 @@ observer of Leondes and Novak.
 Source: Leondes and Novak (1974), section IV.C, (45)-(53); Brammer (1968).
 """
 
-from matrixproof import BlockMatrix, Expect, Identity, Page, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
 
 from .best_coordinates import exact, is_Delta, nothing_left, push, unseen, whole
 from .canonical_gain import is_V
 from .coordinates import is_H
 from .letters import SOURCE, I, letters, m1, n, p2, r
 from .letters.accurate import S1, Delta, Gamma_1, Phat, That
-from .letters.canonical import C_1, H_2, K_1, K_2, H, K_low
+from .letters.canonical import C_1, K_1, K_2, H, K_low
 from .letters.observer import T_next, V, X, eps, x_hat, x_hat_next, z, z_next
 from .letters.plant import A, C, Q, w, x, y, y_next
 from .letters.step import K, Kmv, M, N, Omega, Sigma_next
@@ -55,22 +55,14 @@ error = page(
     .by(Phat * eps, is_eps)
 )
 
-
 page("""The rest is corrected as the Kalman filter would, and its gain meets the perfect
     outputs by itself: that is (49) with no noise in them.""")
 page(is_Delta, is_N, is_Kmv)
+says = "the Kalman gain shows perfect outputs as they are"
 page(
-    letters.derive(
-        "49", "the Kalman gain shows perfect outputs as they are", S1 * C * Kmv
-    )
-    .by(S1 - Delta, is_Delta)
-    .use(nothing_left)
+    letters.derive("49", says, S1 * C * Kmv).by(S1 - Delta, is_Delta).use(nothing_left)
 )
-page(
-    letters.derive("49", "the gain", Kmv)
-    .insert(Kmv * M * M.I, why="insert the inverse")
-    .by(Omega * C.T * M.I, is_Kmv, is_N)
-)
+page(letters.derive("49", "the gain", Kmv).by(Omega * C.T * M.I, is_Kmv, is_N))
 page(exact)
 moves = page.let(z_hat_next, That * (A * x_hat + K * (y_next - C * A * x_hat)), "48")
 shows_next = page.let(x_hat_next, Phat * z_hat_next + Gamma_1 * S1 * y_next, "46")
@@ -80,7 +72,6 @@ page(
     .put(moves)
     .by(A * x_hat + K * (y_next - C * A * x_hat), whole, exact)
 )
-
 
 page("""Let `z = z_hat - That K y`. The estimate is then that of the observer with `P`
     the basis and `V` the gain.""")
@@ -111,11 +102,11 @@ page("Its covariances are those of the observer, seen through the basis.")
 is_X = page.moment(eps * eps.T, X, "51")
 is_Q = page.moment(w * w.T, Q, "4")
 apart = page.moment(eps * w.T, ZeroMatrix(r, n))
-page.chain(
-    "50",
-    "the predicted covariance",
-    (A * Phat * eps - w) * (A * Phat * eps - w).T,
-    Expect(A * Phat * X * Phat.T * A.T + Q, moments=(is_X, is_Q, apart)),
+predicted = A * Phat * eps - w
+page(
+    letters.derive("50", "the predicted covariance", predicted * predicted.T).expect(
+        is_X, is_Q, apart
+    )
 )
 kalman = page.suppose(K, Kmv, "49")
 page(
@@ -125,54 +116,45 @@ page(
     .by(That * (I - Kmv * C) * Omega * That.T, is_Kmv, is_N)
 )
 
-
 page("""In the coordinates of (20) to (23) the basis is the lower part of the identity,
     and (24), (25) come back.""")
-is_That = page.suppose(That, BlockMatrix([[ZeroMatrix(r, m1), Identity(r)]]), "52")
-is_Phat = page.suppose(Phat, BlockMatrix([[ZeroMatrix(m1, r)], [Identity(r)]]), "53")
-is_Gamma_1 = page.suppose(
-    Gamma_1, BlockMatrix([[Identity(m1)], [ZeroMatrix(r, m1)]]), "53"
-)
-is_C_1 = page.let(C_1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, r)]]), "52")
-page.chain(
-    "47, 52, 53",
-    "the basis and the push are columns of the inverse",
-    Phat * That + Gamma_1 * C_1,
-    Substitute(I, by=(is_Phat, is_That, is_Gamma_1, is_C_1)),
+upper, rest, zero = Identity(m1), Identity(r), ZeroMatrix
+is_That = page.suppose(That, BlockMatrix([[zero(r, m1), rest]]), "52")
+is_Phat = page.suppose(Phat, BlockMatrix([[zero(m1, r)], [rest]]), "53")
+is_Gamma_1 = page.suppose(Gamma_1, BlockMatrix([[upper], [zero(r, m1)]]), "53")
+is_C_1 = page.let(C_1, BlockMatrix([[upper, zero(m1, r)]]), "52")
+says = "the basis and the push are columns of the inverse"
+page(
+    letters.derive("47, 52, 53", says, Phat * That + Gamma_1 * C_1).by(
+        I, is_Phat, is_That, is_Gamma_1, is_C_1
+    )
 )
 page(is_H, is_V)
-page.chain(
-    "25, 52",
-    "what the observer follows",
-    That - That * V * H,
-    Substitute(
-        BlockMatrix([[-K_1, Identity(r) - K_2 * H_2]]), by=(is_That, is_V, is_H)
-    ),
+page(
+    letters.derive("25, 52", "what the observer follows", That - That * V * H).multiply(
+        is_That, is_V, is_H
+    )
 )
-is_S_1 = page.suppose(S1, BlockMatrix([[Identity(m1), ZeroMatrix(m1, p2)]]), "16")
+is_S_1 = page.suppose(S1, BlockMatrix([[upper, zero(m1, p2)]]), "16")
 is_K_low = page.let(K_low, BlockMatrix([[K_1, K_2]]), "33")
-weight = page.chain(
-    "24, 53",
-    "the weight of the measurement",
-    Gamma_1 * S1 + Phat * K_low,
-    Substitute(V, by=(is_Gamma_1, is_S_1, is_Phat, is_K_low, is_V)),
+weight = page(
+    letters.derive("24, 53", "the weight of the measurement", V).by(
+        Gamma_1 * S1 + Phat * K_low, is_Gamma_1, is_S_1, is_Phat, is_K_low, is_V
+    )
 )
-
 
 page("""The gains (33) of Leondes and Novak solve the lower rows of the equation for the
     Kalman gain. If the accurate outputs are perfect, the upper rows agree as well.""")
 lower = page.suppose(K_low * M, That * N, "33")
 solved = page.suppose(K * M, N, "33")
+says = "the gains are the lower rows of the Kalman gain"
 rows = page(
-    letters.derive("33, 52", "the gains are the lower rows of the Kalman gain", K_low)
+    letters.derive("33, 52", says, K_low)
     .insert(K_low * M * M.I, why="insert the inverse")
     .by(That * K, lower, solved)
 )
-page(
-    letters.derive(
-        "after 44", "for perfect outputs the weight is the Kalman gain", V
-    ).by(K, weight, rows, parted)
-)
+says = "for perfect outputs the weight is the Kalman gain"
+page(letters.derive("after 44", says, V).put(weight).by(K, rows, parted))
 
 page("""No other weight of the measurement errs less. So this is one of the observers
     that Tse and Athans, and Yoshikawa and Kobayashi, ask for: those of least error.""")

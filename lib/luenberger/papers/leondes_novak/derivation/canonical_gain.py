@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), section III, (24)-(33).
 
 from sympy import Trace, eye, zeros
 
-from matrixproof import BlockMatrix, Identity, Page, Substitute, ZeroMatrix, plus
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix, plus
 
 from .coordinates import is_H, split_v
 from .huddle import seen
@@ -98,14 +98,11 @@ is_R = page.let(
     R, BlockMatrix([[R_11, R_21.T], [R_21, R_22]]), "31", name="the blocks of R"
 )
 is_K_low = page.let(K_low, BlockMatrix([[K_1, K_2]]), "33")
-page.chain(
-    "27",
-    "the error trace",
-    Trace(P * X * P.T + V * R * V.T),
-    Substitute(
-        plus(Trace(R_11), Trace(X + K_low * R * K_low.T)),
-        by=(is_P, is_V, is_R, is_K_low),
-    ),
+short = plus(Trace(R_11), Trace(X + K_low * R * K_low.T))
+page(
+    letters.derive("27", "the error trace", Trace(P * X * P.T + V * R * V.T)).by(
+        short, is_P, is_V, is_R, is_K_low
+    )
 )
 
 
@@ -157,33 +154,24 @@ M_blocks = page.let(
     name="the blocks of M",
 )
 N_blocks = page.let(N_low, BlockMatrix([[Omega_21, Omega_22 * H_2.T]]), "33")
-page.chain(
-    "31, 33",
-    "the covariance of the innovation",
-    H * Omega * H.T + R,
-    Substitute(M, by=(is_H, in_blocks, is_R, M_blocks)),
+innovation = H * Omega * H.T + R
+page(
+    letters.derive("31, 33", "the covariance of the innovation", innovation).by(
+        M, is_H, in_blocks, is_R, M_blocks
+    )
 )
-page.chain(
-    "33",
-    "the lower rows of the Kalman gain",
-    P.T * Omega * H.T,
-    Substitute(N_low, by=(is_P, is_H, in_blocks, N_blocks)),
+page(
+    letters.derive("33", "the lower rows of the Kalman gain", P.T * Omega * H.T).by(
+        N_low, is_P, is_H, in_blocks, N_blocks
+    )
 )
-page.chain(
-    "30",
-    "the trace is a quadratic in both gains",
-    plus(Trace(V * R * V.T), Trace(T * Omega * T.T)),
-    Substitute(
-        plus(
-            Trace(R_11),
-            Trace(Omega_22),
-            Trace(K_low * M * K_low.T),
-            -2 * Trace(N_low * K_low.T),
-        ),
-        by=(is_V, is_R, is_T, in_blocks, M_blocks, N_blocks, is_K_low),
-    ),
+both = plus(Trace(V * R * V.T), Trace(T * Omega * T.T))
+page(
+    letters.derive("30", "the trace is a quadratic in both gains", both).by(
+        plus(Trace(R_11), Trace(Omega_22), *trace_of(K_low).args),
+        *(is_V, is_R, is_T, in_blocks, M_blocks, N_blocks, is_K_low),
+    )
 )
-
 
 page("""The gradient in both gains at once is linear. Set to zero and written in blocks,
     it is the pair of coupled equations (32).""")

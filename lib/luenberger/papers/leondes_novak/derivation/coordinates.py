@@ -9,7 +9,7 @@ Source: Leondes and Novak (1974), section III, (16)-(23).
 
 from sympy import Trace
 
-from matrixproof import BlockMatrix, Identity, Line, Page, Substitute, ZeroMatrix
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
 
 from .letters import SOURCE, I, letters, m1, n, p, p2, r
 from .letters.canonical import C_1, H_2, H, L, q, v_1, v_2
@@ -26,14 +26,12 @@ C_2 = letters("C_2", p2, n, "rows of the other outputs")
 q_next = letters("q_next", n, 1, "the same one step on")
 q_1 = letters("q_1", m1, 1, "states that the accurate outputs measure")
 q_2 = letters("q_2", r, 1, "the other states")
-
-
 T_q = letters("T_q", r, n, "what the observer follows, in canonical coordinates")
 T_q_next = letters("T_q_next", r, n, "the same one step on")
 P_q = letters("P_q", n, r, "weight of the observer, in canonical coordinates")
 V_q = letters("V_q", n, p, "weight of the measurement, in canonical coordinates")
 e_q = letters("e_q", n, 1, "error of the estimate, in canonical coordinates")
-kept, other = Identity(m1), Identity(p2)
+kept, other, gone = Identity(m1), Identity(p2), ZeroMatrix
 
 
 page = Page(letters=letters, source=f"{SOURCE}, section III")
@@ -47,22 +45,16 @@ is_Mbar = page.let(Mbar, BlockMatrix([[C_1], [Mbar_2]]), "19")
 
 page("""In these coordinates the measurement picks states. The other outputs pick the
     first of the lower ones.""")
-is_H_2 = page.let(H_2, BlockMatrix([[other, ZeroMatrix(p2, n - p)]]), "23")
-is_H = page.let(
-    H, BlockMatrix([[kept, ZeroMatrix(m1, r)], [ZeroMatrix(p2, m1), H_2]]), "18"
-)
-lower = page(
-    letters.derive(
-        "23", "the other outputs pick the first of the lower states", H_2 * Mbar_2
-    ).multiply(is_H_2, is_Mbar_2)
-)
-picked = page.chain(
-    "18",
-    "the measurement picks states",
-    H * Mbar,
-    Substitute(BlockMatrix([[C_1], [H_2 * Mbar_2]]), by=(is_H, is_Mbar)),
-    Line(BlockMatrix([[C_1], [C_2]]), by=(lower,)),
-    Substitute(C, by=(is_C,)),
+is_H_2 = page.let(H_2, BlockMatrix([[other, gone(p2, n - p)]]), "23")
+blocks = [[kept, gone(m1, r)], [gone(p2, m1), H_2]]
+is_H = page.let(H, BlockMatrix(blocks), "18")
+says = "the other outputs pick the first of the lower states"
+lower = page(letters.derive("23", says, H_2 * Mbar_2).multiply(is_H_2, is_Mbar_2))
+picked = page(
+    letters.derive("18", "the measurement picks states", H * Mbar)
+    .multiply(is_H, is_Mbar)
+    .use(lower)
+    .fold(is_C)
 )
 measured = page(
     letters.derive("18", "the measurement matrix in these coordinates", C * Mbar.I)
@@ -89,11 +81,8 @@ page(
 )
 split_q = page.suppose(q, BlockMatrix([[q_1], [q_2]]), "17")
 split_v = page.let(v, BlockMatrix([[v_1], [v_2]]), "16")
-page(
-    letters.derive(
-        "21, 22", "accurate outputs show the first states", H * q + v
-    ).multiply(is_H, split_q, split_v)
-)
+says = "accurate outputs show the first states"
+page(letters.derive("21, 22", says, H * q + v).multiply(is_H, split_q, split_v))
 
 page("""What is designed in these coordinates returns with its certificates. An estimate
     that is unbiased in `q` is unbiased in `x`.""")
@@ -111,9 +100,8 @@ page(
 page("""The observer's own equations return as they are: what it follows is the same,
     written in other coordinates.""")
 T_back_next = page.let(T_next, T_q_next * Mbar_next)
-dynamics_q = page.suppose(
-    T_q_next * Mbar_next * A * Mbar.I, F * T_q + D * H, "9", name="in q"
-)
+in_q = T_q_next * Mbar_next * A * Mbar.I
+dynamics_q = page.suppose(in_q, F * T_q + D * H, "9", name="in q")
 page(
     letters.derive("9", "the condition on the dynamics returns", F * T + D * C)
     .put(T_back)
@@ -124,10 +112,9 @@ page("""The error trace is not the same number. The trace that the paper minimis
     the error in `q`, is a weighted trace of the error in `x`.""")
 is_e_q = page.let(e_q, Mbar * e)
 is_Sigma = page.moment(e * e.T, Sigma)
+says = "the trace in these coordinates is weighted"
 page(
-    letters.derive(
-        "27", "the trace in these coordinates is weighted", Trace(e_q * e_q.T)
-    )
+    letters.derive("27", says, Trace(e_q * e_q.T))
     .use(is_e_q)
     .expect(is_Sigma)
     .cyclic(Mbar.T)

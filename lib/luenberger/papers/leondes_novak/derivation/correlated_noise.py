@@ -36,12 +36,9 @@ page("""Such a matrix exists, also where `R` is singular: a combination of outpu
     without noise is correlated with nothing. A variance is not negative, and the
     following one is linear in `t`, so its slope is zero.""")
 silent = page.suppose(R * a, gone(p, 1))
+says = "outputs without noise are correlated with nothing"
 page(
-    letters.derive(
-        "",
-        "outputs without noise are correlated with nothing",
-        (b.T * w + t * a.T * v) * (b.T * w + t * a.T * v).T,
-    )
+    letters.derive("", says, (b.T * w + t * a.T * v) * (b.T * w + t * a.T * v).T)
     .expect(is_Q, is_R, is_S)
     .use(silent)
 )
@@ -72,12 +69,9 @@ is_X_next = page.let(
     "11",
     name="covariance of the observer's error",
 )
+says = "the covariance of the error moves by a recursion"
 page(
-    letters.derive(
-        "4, 5, 11",
-        "the covariance of the error moves by a recursion",
-        eps_next * eps_next.T,
-    )
+    letters.derive("4, 5, 11", says, eps_next * eps_next.T)
     .put(error_equation)
     .expect(is_X, is_Q, is_R, is_S, past_w, past_v)
     .fold(is_X_next)
@@ -95,7 +89,7 @@ page("""Huddle's equations for the plant with independent noises are the same, w
 page(unbiased)
 is_F_s = page.let(F, T_next * As * P, "14")
 is_D_s = page.let(D, T_next * As * V + T_next * J, "15")
-page(
+solution = page(
     letters.derive("9", "the solution for correlated noises", F * T + D * C)
     .put(is_F_s)
     .use(is_D_s, unbiased, is_As)

@@ -76,12 +76,9 @@ page("""So the column `u_new` with the variance `delta beta / (beta + delta phi^
 is_kappa = page.let(kappa, Omega * c)
 is_alpha = page.suppose(c.T * Omega * c, (alpha - rho) * Identity(1))
 is_K = page.let(K, 1 / alpha * kappa)
+says = "what a reading leaves"
 page(
-    factored.derive(
-        "27",
-        "what a reading leaves",
-        (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T,
-    )
+    factored.derive("27", says, (I - K * c.T) * Omega * (I - K * c.T).T + rho * K * K.T)
     .by(
         Omega - K * kappa.T - kappa * K.T + K * c.T * Omega * c * K.T + rho * K * K.T,
         is_kappa,

@@ -7,7 +7,7 @@ the estimate is unbiased.  Feedthrough and noises that are correlated are carrie
 Source: Leondes and Novak (1974), section II, (7)-(15); Aoki and Huddle (1967).
 """
 
-from matrixproof import Identity, Line, Page, ZeroMatrix
+from matrixproof import Identity, Page, ZeroMatrix
 
 from ....theory import observer
 from .letters import SOURCE, I, letters, n, p, r
@@ -103,13 +103,12 @@ seen = page(
 
 page("""Other solutions differ by `Z_1` and `Z_2` that cancel each other. They are all
     of the following form, with `X_1` and `X_2` free.""")
-page.chain(
-    "9",
-    "what may be added to a solution",
-    (X_1 * (Identity(r) - T * P) - X_2 * C * P) * T
-    + (X_2 * (Identity(p) - C * V) - X_1 * T * V) * C,
-    Line((X_1 * T + X_2 * C) * (I - P * T - V * C), why="collect"),
-    Line(gone(r, n), by=(unbiased,)),
+added = X_1 * (Identity(r) - T * P) - X_2 * C * P
+besides = X_2 * (Identity(p) - C * V) - X_1 * T * V
+page(
+    letters.derive("9", "what may be added to a solution", added * T + besides * C)
+    .by((X_1 * T + X_2 * C) * (I - P * T - V * C))
+    .use(unbiased)
 )
 
 page("""An observer of least order, `r = n - p`, leaves no choice. There the rows of `T`

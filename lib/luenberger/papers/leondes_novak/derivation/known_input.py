@@ -9,15 +9,7 @@ Source: our own; the plant is that of Leondes and Novak (1974), (1)-(5).
 
 from sympy import symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Expect,
-    Identity,
-    Line,
-    Page,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
 
 from .huddle import measured, plant
 from .letters import SOURCE, I, letters, m, n, p
@@ -75,10 +67,9 @@ is_w_in = page.let(w_in, BlockMatrix([[w_u], [B * v_u + w]]))
 is_v_in = page.let(v_in, BlockMatrix([[E * v_u + v], [v_u]]))
 
 page("They move as a plant without input does,")
+says = "model and plant without an input"
 page(
-    letters.derive(
-        "1", "model and plant without an input", A_in * x_in + w_in - x_in_next
-    )
+    letters.derive("1", says, A_in * x_in + w_in - x_in_next)
     .multiply(is_A_in, is_x_in, is_w_in, is_x_in_next)
     .put(is_s_next, plant, is_u)
     .expand()
@@ -95,83 +86,50 @@ page(
 page("""Its noises come from four white ones. Those of the input are independent of
     those of the plant.""")
 is_omega = page.let(omega, BlockMatrix([[w_u], [v_u], [w], [v]]))
-is_N_w = page.let(
-    N_w,
-    BlockMatrix(
-        [
-            [Identity(j), gone(j, m), gone(j, n), gone(j, p)],
-            [gone(n, j), B, I, gone(n, p)],
-        ]
-    ),
-)
-is_N_v = page.let(
-    N_v,
-    BlockMatrix(
-        [
-            [gone(p, j), E, gone(p, n), Identity(p)],
-            [gone(m, j), Identity(m), gone(m, n), gone(m, p)],
-        ]
-    ),
-)
+of_w_u = [Identity(j), gone(j, m), gone(j, n), gone(j, p)]
+is_N_w = page.let(N_w, BlockMatrix([of_w_u, [gone(n, j), B, I, gone(n, p)]]))
+of_v = [gone(p, j), E, gone(p, n), Identity(p)]
+of_v_u = [gone(m, j), Identity(m), gone(m, n), gone(m, p)]
+is_N_v = page.let(N_v, BlockMatrix([of_v, of_v_u]))
 is_omega_omega = page.moment(omega * omega.T, Q_all)
-is_Q_all = page.suppose(
-    Q_all,
-    BlockMatrix(
-        [
-            [Q_u, S_u, gone(j, n), gone(j, p)],
-            [S_u.T, R_u, gone(m, n), gone(m, p)],
-            [gone(n, j), gone(n, m), Q, S],
-            [gone(p, j), gone(p, m), S.T, R],
-        ]
-    ),
+blocks = [[Q_u, S_u, gone(j, n), gone(j, p)], [S_u.T, R_u, gone(m, n), gone(m, p)]]
+blocks += [[gone(n, j), gone(n, m), Q, S], [gone(p, j), gone(p, m), S.T, R]]
+is_Q_all = page.suppose(Q_all, BlockMatrix(blocks))
+blocks = [[Q_u, S_u * B.T], [B * S_u.T, Q + B * R_u * B.T]]
+is_Q_in = page.let(Q_in, BlockMatrix(blocks))
+blocks = [[R + E * R_u * E.T, E * R_u], [R_u * E.T, R_u]]
+is_R_in = page.let(R_in, BlockMatrix(blocks))
+blocks = [[S_u * E.T, S_u], [S + B * R_u * E.T, B * R_u]]
+is_S_in = page.let(S_in, BlockMatrix(blocks))
+to_states = page(
+    letters.derive("4", "the noise of the states", w_in).by(
+        N_w * omega, is_w_in, is_N_w, is_omega
+    )
 )
-is_Q_in = page.let(
-    Q_in,
-    BlockMatrix([[Q_u, S_u * B.T], [B * S_u.T, Q + B * R_u * B.T]]),
+to_outputs = page(
+    letters.derive("4", "the noise of the measurements", v_in).by(
+        N_v * omega, is_v_in, is_N_v, is_omega
+    )
 )
-is_R_in = page.let(
-    R_in,
-    BlockMatrix([[R + E * R_u * E.T, E * R_u], [R_u * E.T, R_u]]),
+says = "the covariance of the noise of the states"
+page(
+    letters.derive("4", says, w_in * w_in.T)
+    .use(to_states)
+    .expect(is_omega_omega)
+    .by(Q_in, is_Q_in, is_N_w, is_Q_all)
 )
-is_S_in = page.let(
-    S_in,
-    BlockMatrix([[S_u * E.T, S_u], [S + B * R_u * E.T, B * R_u]]),
+says = "the covariance of the noise of the measurements"
+page(
+    letters.derive("4", says, v_in * v_in.T)
+    .use(to_outputs)
+    .expect(is_omega_omega)
+    .by(R_in, is_R_in, is_N_v, is_Q_all)
 )
-to_states = page.chain(
-    "4",
-    "the noise of the states",
-    w_in,
-    Substitute(N_w * omega, by=(is_w_in, is_N_w, is_omega)),
-)
-to_outputs = page.chain(
-    "4",
-    "the noise of the measurements",
-    v_in,
-    Substitute(N_v * omega, by=(is_v_in, is_N_v, is_omega)),
-)
-of_states = page.chain(
-    "4",
-    "the covariance of the noise of the states",
-    w_in * w_in.T,
-    Line(N_w * omega * omega.T * N_w.T, by=(to_states,)),
-    Expect(N_w * Q_all * N_w.T, moments=(is_omega_omega,)),
-    Substitute(Q_in, by=(is_Q_in, is_N_w, is_Q_all)),
-)
-of_outputs = page.chain(
-    "4",
-    "the covariance of the noise of the measurements",
-    v_in * v_in.T,
-    Line(N_v * omega * omega.T * N_v.T, by=(to_outputs,)),
-    Expect(N_v * Q_all * N_v.T, moments=(is_omega_omega,)),
-    Substitute(R_in, by=(is_R_in, is_N_v, is_Q_all)),
-)
-of_both = page.chain(
-    "5",
-    "the covariance of both noises",
-    w_in * v_in.T,
-    Line(N_w * omega * omega.T * N_v.T, by=(to_states, to_outputs)),
-    Expect(N_w * Q_all * N_v.T, moments=(is_omega_omega,)),
-    Substitute(S_in, by=(is_S_in, is_N_w, is_N_v, is_Q_all)),
+page(
+    letters.derive("5", "the covariance of both noises", w_in * v_in.T)
+    .use(to_states, to_outputs)
+    .expect(is_omega_omega)
+    .by(S_in, is_S_in, is_N_w, is_N_v, is_Q_all)
 )
 
 page("A noise that multiplies the state of the plant acts on that state alone.")

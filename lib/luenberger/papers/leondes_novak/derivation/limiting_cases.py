@@ -115,10 +115,9 @@ page(
 
 page("The covariance of the predicted error is the one that the Kalman filter uses.")
 page(is_Sigma, is_Omega)
+says = "the predicted covariance"
 page(
-    letters.derive(
-        "44",
-        "the predicted covariance",
-        A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q,
-    ).fold(is_Sigma, is_Omega)
+    letters.derive("44", says, A * P * X * P.T * A.T + A * V * R * V.T * A.T + Q).fold(
+        is_Sigma, is_Omega
+    )
 )

@@ -10,7 +10,7 @@ Source: our own; the step is Leondes and Novak's (1974), (27)-(33).
 
 from sympy import symbols
 
-from matrixproof import Identity, Line, Page, ZeroMatrix
+from matrixproof import Identity, Page, ZeroMatrix
 
 from . import quadratic
 from .letters import I, letters, m1, n, p, r
@@ -42,26 +42,21 @@ page = Page(letters=letters, source="our own")
 
 page("""A gain that may use only what arrived is `K = K_a Pick`. Its cost is that of the
     shorter problem, in which `Pick C` is measured with the noise that is picked.""")
+arrived, noise = Pick * C, Pick * R * Pick.T
+cost = joseph(K_a, arrived, Omega, noise)
 is_K = page.let(K, K_a * Pick)
-page.chain(
-    "27",
-    "the cost is that of the shorter problem",
-    joseph(K, C, Omega, R),
-    Line(joseph(K_a, Pick * C, Omega, Pick * R * Pick.T), by=(is_K,)),
-)
+says = "the cost is that of the shorter problem"
+page(letters.derive("27", says, joseph(K, C, Omega, R)).by(cost, is_K))
 page(is_M)
-page.chain(
-    "33",
-    "the innovation is that of the shorter problem",
-    Pick * C * Omega * (Pick * C).T + Pick * R * Pick.T,
-    Line(Pick * (C * Omega * C.T + R) * Pick.T, why="factor"),
-    Line(Pick * M * Pick.T, by=(is_M,)),
+says = "the innovation is that of the shorter problem"
+page(
+    letters.derive("33", says, arrived * Omega * arrived.T + noise).by(
+        Pick * M * Pick.T, is_M
+    )
 )
 
 page("So the gradient vanishes where the shorter problem's does.")
-arrived, noise = Pick * C, Pick * R * Pick.T
 shorter = dict(K=K_a, C=arrived, R=noise, M=Pick * M * Pick.T, N=Omega * C.T * Pick.T)
-cost = joseph(K_a, arrived, Omega, noise)
 says = "the gradient is that of the shorter problem"
 left = I - K_a * arrived
 page.at("32", says, quadratic.slope, Y=left, Sigma_next=cost, **shorter)
@@ -72,20 +67,10 @@ others = page.suppose(C_1 * N_c, ZeroMatrix(m1, r - 1))
 too = page.suppose(c * N_c, ZeroMatrix(1, r - 1))
 alone = page.suppose(C_1 * g_c, ZeroMatrix(m1, 1))
 shown = page.suppose(c * g_c, Identity(1))
-page.chain(
-    "",
-    "the others show nothing of it",
-    C_1 * (N_c * k_c + g_c * t_c),
-    Line(C_1 * g_c * t_c, by=(others,)),
-    Line(ZeroMatrix(m1, 1), by=(alone,)),
-)
-page.chain(
-    "",
-    "the missing output would show the new direction",
-    c * (N_c * k_c + g_c * t_c),
-    Line(c * g_c * t_c, by=(too,)),
-    Line(t_c, by=(shown,)),
-)
+new = N_c * k_c + g_c * t_c
+page(letters.derive("", "the others show nothing of it", C_1 * new).use(others, alone))
+says = "the missing output would show the new direction"
+page(letters.derive("", says, c * new).use(too, shown))
 
 page("""Another way to leave an output out is to give it infinite noise. In blocks of
     what arrived and what is missing, the gain solves two equations. The Schur
@@ -94,26 +79,17 @@ page("""Another way to leave an output out is to give it infinite noise. In bloc
 is_M_s = page.let(M_s, M_mm - M_ma * M_aa.I * M_ma.T)
 is_K_m = page.let(K_m, (N_m - N_a * M_aa.I * M_ma.T) * M_s.I)
 is_K_a = page.let(K_a, (N_a - K_m * M_ma) * M_aa.I)
-page.chain(
-    "33",
-    "the columns of what arrived",
-    K_a * M_aa + K_m * M_ma,
-    Line((N_a - K_m * M_ma) * M_aa.I * M_aa + K_m * M_ma, by=(is_K_a,)),
-    Line(N_a, why="cancel"),
-)
-page.chain(
-    "33",
-    "the columns of what is missing",
-    K_a * M_ma.T + K_m * M_mm,
-    Line((N_a - K_m * M_ma) * M_aa.I * M_ma.T + K_m * M_mm, by=(is_K_a,)),
-    Line(N_a * M_aa.I * M_ma.T + K_m * M_s, by=(is_M_s,)),
-    Line(N_m, by=(is_K_m,)),
+first, second = K_a * M_aa + K_m * M_ma, K_a * M_ma.T + K_m * M_mm
+page(letters.derive("33", "the columns of what arrived", first).by(N_a, is_K_a))
+page(
+    letters.derive("33", "the columns of what is missing", second)
+    .put(is_K_a)
+    .by(N_a * M_aa.I * M_ma.T + K_m * M_s, is_M_s)
+    .by(N_m, is_K_m)
 )
 no_gain = page.suppose(K_m, ZeroMatrix(n, pm))
-page.chain(
-    "33",
-    "the limit of infinite noise",
-    K_a,
-    Line((N_a - K_m * M_ma) * M_aa.I, by=(is_K_a,)),
-    Line(N_a * M_aa.I, by=(no_gain,)),
+page(
+    letters.derive("33", "the limit of infinite noise", K_a)
+    .put(is_K_a)
+    .by(N_a * M_aa.I, no_gain)
 )

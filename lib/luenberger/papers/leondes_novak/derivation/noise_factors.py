@@ -90,12 +90,9 @@ page(
 page("""The prediction then differs by what `b` shows of the residual. That part of the
     residual vanishes for the Kalman filter, and for accurate outputs without noise.
     Beside a noisy output that is treated as exact it does not vanish.""")
+says = "what combinations without noise show of the residual"
 page(
-    letters.derive(
-        "",
-        "what combinations without noise show of the residual",
-        b.T * (Identity(p) - C * K) * M,
-    )
+    letters.derive("", says, b.T * (Identity(p) - C * K) * M)
     .use(over)
     .put(is_N)
     .use(is_M)

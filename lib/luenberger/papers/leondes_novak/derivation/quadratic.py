@@ -8,7 +8,7 @@ Source: Leondes and Novak (1974), section III, (27)-(33), in any coordinates.
 
 from sympy import Trace
 
-from matrixproof import Expect, Identity, Line, Page, ZeroMatrix
+from matrixproof import Identity, Page, ZeroMatrix
 
 from .letters import SOURCE, I, letters, n, p
 from .letters.accurate import L_M, W_e
@@ -34,12 +34,12 @@ is_Sigma = page.moment(e * e.T, Sigma, "27")
 is_Q = page.moment(w * w.T, Q, "4")
 apart = page.moment(e * w.T, ZeroMatrix(n, n))
 is_Omega = page.let(Omega, A * Sigma * A.T + Q, "44")
-page.chain(
-    "28, 44",
-    "the covariance of a prediction",
-    (A * e - w) * (A * e - w).T,
-    Expect(A * Sigma * A.T + Q, moments=(is_Sigma, is_Q, apart)),
-    Line(Omega, by=(is_Omega,)),
+page(
+    letters.derive(
+        "28, 44", "the covariance of a prediction", (A * e - w) * (A * e - w).T
+    )
+    .expect(is_Sigma, is_Q, apart)
+    .fold(is_Omega)
 )
 
 page("""The next measurement corrects it. For any gain `K` an unbiased estimate errs as

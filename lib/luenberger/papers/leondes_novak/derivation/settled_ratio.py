@@ -104,16 +104,10 @@ is_R_M = page.suppose(M, R_M * R_M.T)
 is_R_m = page.suppose((1 + g) * M_f, M + R_m * R_m.T)
 more = W_f - (1 + g) * W_a
 says = "what accurate outputs cost keeps the ratio"
+parts = more * M * more.T + W_f * R_m * R_m.T * W_f.T
 page(
-    ratio.derive(
-        "", "what accurate outputs cost keeps the ratio", (1 + g) ** 2 * W_a * M * W_a.T
-    )
-    .by(
-        (1 + g) * W_f * M_f * W_f.T + more * M * more.T + W_f * R_m * R_m.T * W_f.T,
-        cost,
-        is_W_f,
-        is_R_m,
-    )
+    ratio.derive("", says, (1 + g) ** 2 * W_a * M * W_a.T)
+    .by((1 + g) * W_f * M_f * W_f.T + parts, cost, is_W_f, is_R_m)
     .drop(is_R_M, of=W_a)
     .drop(of=R_m)
 )

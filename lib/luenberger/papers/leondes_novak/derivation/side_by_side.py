@@ -50,6 +50,9 @@ unbiased = page.suppose(P * T + V * C, L, "13")
 is_W = page.let(W, -V * E)
 is_e = page.let(e, w_hat - L * x)
 page.at("26", "the error of the estimate", observer.error, **noises)
+beyond = page(
+    letters.derive("", "what it adds to what is wanted", e).put(is_e).fold(wanted)
+)
 
 observer_step = page.program(
     "one step of any observer",
@@ -68,7 +71,7 @@ side_by_side = page.program(
     Stage(y, C * x + Hv * xi, "(2)", by=(measured, no_input)),
     wanted,
     Stage(w_hat, P * z + V * y, "(12)", by=(estimate, no_input)),
-    Stage(e, w_hat - w, by=(is_e, wanted)),
+    Stage(e, beyond.right, by=(beyond,)),
     Stage(z_next, F * z + D * y, "(7)", by=(moves, no_input)),
     Stage(x_next, A * x + Hw * xi, "(1)", by=(plant, no_input)),
 )

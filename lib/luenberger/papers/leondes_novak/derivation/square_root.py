@@ -7,21 +7,9 @@ covariance.
 Source: our own; the recursions are Leondes and Novak's (1974), (11), (26), (27), (33).
 """
 
-from functools import cache
-
 from sympy import symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Derivation,
-    Identity,
-    Line,
-    Page,
-    Stage,
-    Substitute,
-    ZeroMatrix,
-    equivalent,
-)
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix, equivalent
 
 from .best_coordinates import gain_stage, gain_step
 from .letters import SOURCE, I, letters, n, p
@@ -59,55 +47,43 @@ page("""A factor of a covariance moves as the error does, and a factor of the no
 is_H = page.suppose(H * H.T, Sigma)
 is_G = page.suppose(G * G.T, Qs)
 is_Omega = page.let(Omega, As * Sigma * As.T + Qs, "44")
-page.chain(
-    "44",
-    "a factor of the covariance of the prediction",
-    BlockMatrix([[As * H, G]]) * BlockMatrix([[As * H, G]]).T,
-    Line(As * H * H.T * As.T + G * G.T, why="multiply out"),
-    Line(As * Sigma * As.T + Qs, by=(is_H, is_G)),
-    Line(Omega, by=(is_Omega,)),
+wide = BlockMatrix([[As * H, G]])
+page(
+    letters.derive("44", "a factor of the covariance of the prediction", wide * wide.T)
+    .multiply()
+    .use(is_H, is_G)
+    .fold(is_Omega)
 )
 
 page("The gain takes from it what the outputs show.")
 is_H_minus = page.suppose(H_minus * H_minus.T, Omega)
 is_L = page.let(L, C * H_minus)
 page(is_M, is_N)
-factored_M = page.chain(
-    "33",
-    "the covariance of the innovation in factors",
-    M,
-    Line(C * Omega * C.T + R, by=(is_M,)),
-    Line(C * H_minus * H_minus.T * C.T + R, by=(is_H_minus,)),
-    Line(L * L.T + R, by=(is_L,)),
+factored_M = page(
+    letters.derive("33", "the covariance of the innovation in factors", M)
+    .put(is_M)
+    .by(L * L.T + R, is_H_minus, is_L)
 )
-factored_N = page.chain(
-    "33",
-    "the other composite in factors",
-    N,
-    Line(Omega * C.T, by=(is_N,)),
-    Line(H_minus * H_minus.T * C.T, by=(is_H_minus,)),
-    Line(H_minus * L.T, by=(is_L,)),
+factored_N = page(
+    letters.derive("33", "the other composite in factors", N)
+    .put(is_N)
+    .by(H_minus * L.T, is_H_minus, is_L)
 )
-
 
 page("A factor `Z` of `M` takes the place of `M`, which holds half of the digits.")
 is_R = page.suppose(V * V.T, R)
 is_Z = page.let(Z, BlockMatrix([[L, V]]))
 is_H_0 = page.let(H_0, BlockMatrix([[H_minus, ZeroMatrix(n, q)]]))
-root_of_M = page.chain(
-    "33",
-    "a factor of the covariance of the innovation",
-    M,
-    Line(L * L.T + R, by=(factored_M,)),
-    Line(L * L.T + V * V.T, by=(is_R,)),
-    Substitute(Z * Z.T, by=(is_Z,)),
+root_of_M = page(
+    letters.derive("33", "a factor of the covariance of the innovation", M)
+    .use(factored_M)
+    .fold(is_R)
+    .by(Z * Z.T, is_Z)
 )
-root_of_N = page.chain(
-    "33",
-    "the other composite by that factor",
-    N,
-    Line(H_minus * L.T, by=(factored_N,)),
-    Substitute(H_0 * Z.T, by=(is_H_0, is_Z)),
+root_of_N = page(
+    letters.derive("33", "the other composite by that factor", N)
+    .use(factored_N)
+    .by(H_0 * Z.T, is_H_0, is_Z)
 )
 
 page("""Where `M` is positive definite, `Z'` is a product of orthonormal columns and a
@@ -116,14 +92,12 @@ page("""Where `M` is positive definite, `Z'` is a product of orthonormal columns
 with page.scope(letters.suppose(Z, R_Z.T * Q_Z.T)) as triangle:
     columns = page.suppose(Q_Z.T * Q_Z, Identity(p))
     definite = page.let(Kmv, H_0 * Q_Z * R_Z.T.I, "33")
-    page.chain(
-        "33",
-        "the gain where the covariance is positive definite",
-        Kmv * M,
-        Line(H_0 * Q_Z * R_Z.T.I * Z * Z.T, by=(definite, root_of_M)),
-        Line(H_0 * Q_Z * R_Z, by=(triangle, columns)),
-        Line(H_0 * Z.T, by=(triangle,)),
-        Line(N, by=(root_of_N,)),
+    says = "the gain where the covariance is positive definite"
+    page(
+        letters.derive("33", says, Kmv * M)
+        .by(H_0 * Q_Z * R_Z.T.I * Z * Z.T, definite, root_of_M)
+        .by(H_0 * Z.T, triangle, columns)
+        .fold(root_of_N)
     )
 
 page("""Where `M` is singular, the singular values of `Z` that are rounding are left
@@ -132,27 +106,26 @@ with page.scope(letters.suppose(Z, W_Z * U_Z * D_Z * T_Z.T)) as parts:
     left = page.suppose(U_Z.T * U_Z, Identity(s))
     right = page.suppose(T_Z.T * T_Z, Identity(s))
     singular = page.let(Kmv, H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I, "33")
-    page.chain(
-        "33",
-        "the gain where the covariance is singular",
-        Kmv * M,
-        Line(H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I * Z * Z.T, by=(singular, root_of_M)),
-        Line(H_0 * T_Z * T_Z.T * Z.T, by=(parts, left)),
-        Line(H_0 * Z.T, by=(parts, right)),
-        Line(N, by=(root_of_N,)),
+    page(
+        letters.derive("33", "the gain where the covariance is singular", Kmv * M)
+        .by(H_0 * T_Z * D_Z.I * U_Z.T * W_Z.I * Z * Z.T, singular, root_of_M)
+        .by(H_0 * T_Z * T_Z.T * Z.T, parts, left)
+        .by(H_0 * Z.T, parts, right)
+        .fold(root_of_N)
     )
 
 page("""Outputs without noise may determine the state: `K_mv` reads it off, and lets no
     noise in. That gain needs no solve and is right for every `Omega`.""")
-read, quiet = letters.suppose(Kmv * C, I), letters.suppose(Kmv * R, ZeroMatrix(n, p))
+read, quiet = (
+    letters.suppose(Kmv * C, I),
+    letters.suppose(Kmv * R, ZeroMatrix(n, p)),
+)
 with page.scope(read, quiet):
-    page.chain(
-        "33",
-        "the gain that reads the state off",
-        Kmv * M,
-        Line(Kmv * C * Omega * C.T + Kmv * R, by=(is_M,)),
-        Line(Omega * C.T, by=(read, quiet)),
-        Line(N, by=(is_N,)),
+    page(
+        letters.derive("33", "the gain that reads the state off", Kmv * M)
+        .put(is_M)
+        .by(Omega * C.T, read, quiet)
+        .fold(is_N)
     )
 
 page("""The next covariance is a sum of two squares for any gain, and each has a factor.
@@ -160,35 +133,28 @@ page("""The next covariance is a sum of two squares for any gain, and each has a
 page(is_Y, is_Sigma_next)
 is_kept = page.let(kept, Y * H_minus)
 is_drawn = page.let(drawn, K * V)
-
-
-@cache
-def root_update():
-    """H_minus and Kmv to the factor [kept, drawn] of Sigma_next, for any gain."""
-    return Derivation(
-        (C, V, Gamma, Kmv, H_minus),
-        (
-            gain_stage,
-            Stage(Y, I - K * C, "(13)", by=(is_Y,)),
-            Stage(kept, Y * H_minus, by=(is_kept,)),
-            Stage(drawn, K * V, by=(is_drawn,)),
-        ),
-        source="our own",
-        letters=letters,
-        says="a factor of the next covariance",
+says = "the next covariance in factors"
+page(
+    letters.derive("27", says, Y * Omega * Y.T + K * R * K.T).fold(
+        is_H_minus, is_kept, is_R, is_drawn
     )
-
-
-page(root_update())
+)
+root_update = page.program(
+    "a factor of the next covariance",
+    (C, V, Gamma, Kmv, H_minus),
+    gain_stage,
+    (is_Y, "(13)"),
+    is_kept,
+    is_drawn,
+)
 square = {kept * kept.T + drawn * drawn.T: Sigma_next}
-page(*equivalent(root_update(), gain_step(), is_H_minus, is_R, same=square))
+page(*equivalent(root_update, gain_step, is_H_minus, is_R, same=square))
 
 page("""So a factor gets wider at every step. A matrix with orthogonal rows between the
     two factors brings it back to `n` columns.""")
 orthogonal = page.suppose(U * U.T, Identity(d))
-page.chain(
-    "",
-    "orthogonal rows change no covariance",
-    (H * U) * (H * U).T,
-    Line(H * H.T, by=(orthogonal,)),
+page(
+    letters.derive("", "orthogonal rows change no covariance", H * U * (H * U).T).use(
+        orthogonal
+    )
 )

@@ -8,14 +8,7 @@ Source: Leondes and Novak (1974), section III, (34)-(36); the root is our own.
 
 from sympy import symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Expect,
-    Line,
-    Page,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Page, ZeroMatrix
 
 from .letters import SOURCE, letters, n, r
 from .letters.observer import T, T_next, eps, eps_next, z, z_next
@@ -68,20 +61,11 @@ is_xx = page.moment(d * d.T, H_x * H_x.T)
 is_xz = page.moment(d * d_z.T, H_x * H_z.T)
 is_zz = page.moment(d_z * d_z.T, H_z * H_z.T)
 is_H_eps = page.let(H_eps, BlockMatrix([[T * H_x - H_z, z_bar - T * x_bar]]))
-page.chain(
-    "35",
-    "the second moment of any start",
-    eps * eps.T,
-    Line(
-        ((z_bar - T * x_bar) + d_z - T * d) * ((z_bar - T * x_bar) + d_z - T * d).T,
-        by=(elsewhere,),
-    ),
-    Expect(
-        (T * H_x - H_z) * (T * H_x - H_z).T
-        + (z_bar - T * x_bar) * (z_bar - T * x_bar).T,
-        moments=(is_xx, is_xz, is_zz, centred, centred_z),
-    ),
-    Substitute(H_eps * H_eps.T, by=(is_H_eps,)),
+page(
+    letters.derive("35", "the second moment of any start", eps * eps.T)
+    .put(elsewhere)
+    .expect(is_xx, is_xz, is_zz, centred, centred_z)
+    .by(H_eps * H_eps.T, is_H_eps)
 )
 
 start_root = page.program(

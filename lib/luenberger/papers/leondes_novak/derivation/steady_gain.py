@@ -85,12 +85,9 @@ over = page(
 
 page("With that, the next covariance moves as follows.")
 is_dSigma = page.let(dSigma, Y * dOmega * Y.T + dK * R * Gamma.T + Gamma * R * dK.T)
+says = "how the next covariance moves"
 page(
-    letters.derive(
-        "27",
-        "how the next covariance moves",
-        (I - K * C) * Omega * (I - K * C).T + K * R * K.T,
-    )
+    letters.derive("27", says, (I - K * C) * Omega * (I - K * C).T + K * R * K.T)
     .differential({Omega: dOmega, K: dK})
     .fold(is_M, is_N)
     .use(over)
@@ -115,12 +112,9 @@ page("""With a constant gain the error moves by `Phi`, and its covariance settle
 is_Phi = page.let(Phi, (I - K * C) * A)
 is_Q_c = page.let(Q_c, (I - K * C) * Q * (I - K * C).T + K * R * K.T)
 page(is_Omega)
+says = "one step with a constant gain"
 closed = page(
-    letters.derive(
-        "27, 44",
-        "one step with a constant gain",
-        (I - K * C) * Omega * (I - K * C).T + K * R * K.T,
-    )
+    letters.derive("27, 44", says, (I - K * C) * Omega * (I - K * C).T + K * R * K.T)
     .put(is_Omega)
     .fold(is_Phi, is_Q_c)
 )

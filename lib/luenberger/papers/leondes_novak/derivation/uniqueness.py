@@ -10,15 +10,7 @@ Source: our own; Leondes and Novak (1974), after (33), state the condition.
 
 from sympy import Matrix, Trace
 
-from matrixproof import (
-    AtLeast,
-    BlockMatrix,
-    Counterexample,
-    Line,
-    Page,
-    Substitute,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Counterexample, Page, ZeroMatrix
 
 from .canonical_gain import in_blocks, trace_of
 from .coordinates import is_H
@@ -46,80 +38,63 @@ page("""A change of the gains from the minimum costs `tr(Delta_K M Delta_K')`. I
     L_M L_M'` with an invertible root this is a sum of squares, zero for no change but
     none.""")
 with page.scope(letters.suppose(M, L_M * L_M.T)) as root:
-    page.chain(
-        "33",
-        "the cost of a change",
-        Trace(D_K * M * D_K.T),
-        Line(Trace(D_K * L_M * (D_K * L_M).T), by=(root,)),
-    )
+    page(letters.derive("33", "the cost of a change", Trace(D_K * M * D_K.T)).put(root))
     no_cost = page.suppose(D_K * L_M, none(r, p))
-    page.chain(
-        "33",
-        "a change without cost is none",
-        D_K,
-        Line(D_K * L_M * L_M.I, why="the root has an inverse"),
-        Line(none(r, p), by=(no_cost,)),
+    page(
+        letters.derive("33", "a change without cost is none", D_K)
+        .insert(D_K * L_M * L_M.I, why="the root has an inverse")
+        .by(none(r, p), no_cost)
     )
 
 page("""If `M a = 0` for some `a`, the gains are not determined along it. Neither what
     the outputs show nor their noise moves this combination.""")
 page(is_Omega, is_M)
 singular = page.suppose(M * a, none(p, 1))
-page.chain(
-    "33",
-    "no variance along it",
-    a.T * C * Omega * C.T * a + a.T * R * a,
-    Line(a.T * M * a, by=(is_M,)),
-    Line(none(1, 1), by=(singular,)),
+along = a.T * C * Omega * C.T * a + a.T * R * a
+page(
+    letters.derive("33", "no variance along it", along)
+    .by(a.T * M * a, is_M)
+    .use(singular)
 )
 
 page("Then other gains solve (32) as well, and have the same trace.")
-page.chain(
-    "32",
-    "other gains satisfy the same equation",
-    (K_low + k * a.T) * M - N_low,
-    Line(K_low * M - N_low, by=(singular,)),
+others = K_low + k * a.T
+page(
+    letters.derive("32", "other gains satisfy the same equation", others * M - N_low)
+    .expand()
+    .use(singular)
 )
 unseen = page.suppose(N_low * a, none(r, 1))
-page.chain(
-    "30",
-    "other gains have the same trace",
-    trace_of(K_low + k * a.T),
-    Line(trace_of(K_low), by=(singular, unseen)),
+page(
+    letters.derive("30", "other gains have the same trace", trace_of(others)).by(
+        trace_of(K_low), singular, unseen
+    )
 )
 
 page("""The paper asks for `R_22 > 0` and for a covariance of the first states' noise
     that is definite. If the two groups have uncorrelated noise, the first leaves no
     `a_2`.""")
 page(is_H, in_blocks)
-uncorrelated = page.suppose(
-    R,
-    BlockMatrix([[R_11, none(m1, p2)], [none(p2, m1), R_22]]),
-    "31",
-    name="the blocks of R",
-)
+blocks = BlockMatrix([[R_11, none(m1, p2)], [none(p2, m1), R_22]])
+uncorrelated = page.suppose(R, blocks, "31", name="the blocks of R")
 split_a = page.suppose(a, BlockMatrix([[a_1], [a_2]]))
-page.chain(
-    "33",
-    "the noise of the other outputs",
-    a.T * (H * Omega * H.T + R) * a - (H.T * a).T * Omega * (H.T * a),
-    Line(a.T * R * a, why="multiply out"),
-    Substitute(a_1.T * R_11 * a_1 + a_2.T * R_22 * a_2, by=(uncorrelated, split_a)),
+variance = a.T * (H * Omega * H.T + R) * a
+noise = variance - (H.T * a).T * Omega * (H.T * a)
+page(
+    letters.derive("33", "the noise of the other outputs", noise)
+    .expand()
+    .by(a_1.T * R_11 * a_1 + a_2.T * R_22 * a_2, uncorrelated, split_a)
 )
 
 page("The second then leaves no `a_1`, because new noise only adds to a variance.")
 only = page.suppose(a, BlockMatrix([[a_1], [none(p2, 1)]]))
 fresh = page.suppose(Omega_11, X_11 + Q_11)
 at_least = page.suppose(X_11 + R_11, L_X * L_X.T)
-page.chain(
-    "33",
-    "the noise of the first states",
-    a.T * (H * Omega * H.T + R) * a,
-    Substitute(
-        a_1.T * (Omega_11 + R_11) * a_1, by=(is_H, in_blocks, uncorrelated, only)
-    ),
-    Line(a_1.T * Q_11 * a_1 + a_1.T * (X_11 + R_11) * a_1, by=(fresh,)),
-    AtLeast(a_1.T * Q_11 * a_1, by=(at_least,), root=a_1.T * L_X),
+page(
+    letters.derive("33", "the noise of the first states", variance)
+    .by(a_1.T * (Omega_11 + R_11) * a_1, is_H, in_blocks, uncorrelated, only)
+    .by(a_1.T * Q_11 * a_1 + a_1.T * L_X * (a_1.T * L_X).T, fresh, at_least)
+    .drop(of=L_X)
 )
 
 page("""With correlated noises the condition is not enough, because noises can cancel

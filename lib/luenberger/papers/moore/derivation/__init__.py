@@ -21,5 +21,5 @@ no other paper.
 
 from ....stage_list import StageList
 
-companion_row = StageList(__name__, "condition.companion_row", "t_next")
-observer_input = StageList(__name__, "observer.observer", "G")
+companion_row = StageList(__name__, "condition.companion_row")
+observer_input = StageList(__name__, "observer.observer")
