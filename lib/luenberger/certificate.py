@@ -130,6 +130,14 @@ _LIKELY_CAUSE = {
 def certify(observer: Observer, plant: Plant) -> Certificate:
     """Measure an observer's claim (T, L) against a plant, passing no judgement.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]])
+    >>> observer = lb.Observer([[-5]], [[1]], [[-12]], [[0], [1]], [[1], [2]],
+    ...                        T=[[-2, 1]], L=[[1, 0], [0, 1]])
+    >>> certificate = lb.certify(observer, plant)
+    >>> certificate.worst, certificate.stable
+    (0.0, True)
+
     Parameters
     ----------
     observer : Observer
@@ -144,16 +152,6 @@ def certify(observer: Observer, plant: Plant) -> Certificate:
     ------
     ValueError
         If the two do not have the same sizes or sampling period.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0, 1], [-2, -3]], [[0], [1]], [[1, 0]])
-    >>> observer = lb.Observer([[-5]], [[1]], [[-12]], [[0], [1]], [[1], [2]],
-    ...                        T=[[-2, 1]], L=[[1, 0], [0, 1]])
-    >>> certificate = lb.certify(observer, plant)
-    >>> certificate.worst, certificate.stable
-    (0.0, True)
     """
     expect(observer=observer, plant=plant)
     require_match(observer, plant)

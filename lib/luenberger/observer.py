@@ -37,7 +37,13 @@ varying = partial(matrix, steps=True, field=complex)
 
 @dataclass(frozen=True, eq=False)
 class Observer(Forms, ReadOnly):
-    """What every design function returns.
+    """What every design function returns: z+ = F z + G u + D y, w^ = P z + V y + W u.
+
+    >>> import luenberger as lb
+    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
+    ...                        L=[[1]], dt=1.0)
+    >>> observer.order, observer.poles.real
+    (1, array([0.5]))
 
     Real or complex.  Either every matrix F, G, D, P, V, T, W is constant, or every
     one carries a leading time axis (N, ., .).  Row k of a time-varying observer
@@ -146,8 +152,6 @@ class Observer(Forms, ReadOnly):
     def named(self, plant: ReadOnly) -> Observer:
         """The same observer, with the names of a plant's states, inputs and outputs.
 
-        Examples
-        --------
         >>> import luenberger as lb
         >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, output_names=["radar"])
         >>> observer = lb.Observer([[0.25]], [[]], [[0.25]], [[1]], [[0]], T=[[1]],
@@ -162,22 +166,6 @@ class Observer(Forms, ReadOnly):
     def combined(self, H: ArrayLike | Mapping[str, ArrayLike]) -> Observer:
         """The same observer, of the combinations H w^ of what it estimates.
 
-        Its state and its motion stay; P, V, W and L become H P, H V, H W and H L.  Of
-        an observer of the state, H x.
-
-        Parameters
-        ----------
-        H : (q,) or (s, q) array_like, or dict of str to (q,) array_like
-            A row for each combination, perhaps with its name.  That of a row of zeros
-            is 0.
-
-        Raises
-        ------
-        ValueError
-            If H does not have q columns, or no row.
-
-        Examples
-        --------
         The torque of a spring, 120 Nm/rad, between two shafts.
 
         >>> import luenberger as lb
@@ -191,6 +179,20 @@ class Observer(Forms, ReadOnly):
         True
         >>> lb.certify(torque, plant).worst < 1e-14
         True
+
+        Its state and its motion stay; P, V, W and L become H P, H V, H W and H L.  Of
+        an observer of the state, H x.
+
+        Parameters
+        ----------
+        H : (q,) or (s, q) array_like, or dict of str to (q,) array_like
+            A row for each combination, perhaps with its name.  That of a row of zeros
+            is 0.
+
+        Raises
+        ------
+        ValueError
+            If H does not have q columns, or no row.
         """
         called = tuple(H) if isinstance(H, Mapping) else None
         given = list(H.values()) if isinstance(H, Mapping) else H
@@ -266,13 +268,6 @@ class Observer(Forms, ReadOnly):
     def live(self, u0: Any = None, z0: Any = None, x0: Any = None) -> LiveObserver:
         """The observer at work, which gets readings as they come.
 
-        Parameters
-        ----------
-        u0, z0, x0 : optional
-            Where it starts, as in `estimate`.
-
-        Examples
-        --------
         >>> import luenberger as lb
         >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
         ...                        L=[[1]], dt=1.0)
@@ -282,6 +277,11 @@ class Observer(Forms, ReadOnly):
         >>> now.advance([0.0])
         >>> now.measure([1.0])
         array([3.])
+
+        Parameters
+        ----------
+        u0, z0, x0 : optional
+            Where it starts, as in `estimate`.
         """
         return at_work(self, u0, z0, x0)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.analysis.constant_parameter import white_noise_factor
 
 
 def oscillator(damping):
@@ -50,7 +51,7 @@ def known():
 def test_noise_that_is_stronger_by_the_factor_costs_the_same(name):
     """What differs is of second order: a fourth of it where the parameter is halved."""
     observer, plant, A1, s = known()[name]
-    factor = lb.white_noise_factor(observer, plant, A1)
+    factor = white_noise_factor(observer, plant, A1)
     off = []
     for one in (s, s / 2):
         constant, white = both_effects(observer, plant, A1, one)
@@ -90,17 +91,17 @@ def test_the_factor_of_a_scalar_plant_in_rational_arithmetic(a, R):
     plant = lb.Plant([[a]], None, [[1]], dt=1.0, Q=[[1]], R=[[R]])
     observer = lb.kalman_filter(plant)
     exact = exact_factor(a, observer.V[0, 0], 1, R)
-    found = lb.white_noise_factor(observer, plant, [[1]])
+    found = white_noise_factor(observer, plant, [[1]])
     assert found == pytest.approx(float(exact), rel=1e-12)
 
 
 def test_units_weights_and_the_size_of_the_parameter():
     observer, plant, A1, _ = known()["oscillator"]
-    factor = lb.white_noise_factor(observer, plant, A1)
+    factor = white_noise_factor(observer, plant, A1)
     assert 25 < factor < 40  # both remember for long
-    assert lb.white_noise_factor(observer, plant, 1e6 * A1) == pytest.approx(factor)
+    assert white_noise_factor(observer, plant, 1e6 * A1) == pytest.approx(factor)
     weighed = [
-        lb.white_noise_factor(observer, plant, A1, weight=np.diag(d))
+        white_noise_factor(observer, plant, A1, weight=np.diag(d))
         for d in ([1, 0], [0, 1], [1, 1])
     ]
     assert weighed[2] == pytest.approx(factor)
@@ -110,15 +111,15 @@ def test_units_weights_and_the_size_of_the_parameter():
 def test_what_has_no_factor_is_refused():
     observer, plant, A1, _ = known()["oscillator"]
     with pytest.raises(lb.DesignError, match="does not move the error"):
-        lb.white_noise_factor(observer, plant, 0 * A1)
+        white_noise_factor(observer, plant, 0 * A1)
     with pytest.raises(ValueError, match="A1 must be 2 x 2"):
-        lb.white_noise_factor(observer, plant, [[1]])
+        white_noise_factor(observer, plant, [[1]])
     quiet = dataclasses.replace(plant, Q=None)
     with pytest.raises(lb.DesignError, match="needs both noise"):
-        lb.white_noise_factor(observer, quiet, A1)
+        white_noise_factor(observer, quiet, A1)
     noisy = dataclasses.replace(plant, multiplicative=[(A1, 0 * plant.C)])
     with pytest.raises(lb.DesignError, match="without multiplicative noise"):
-        lb.white_noise_factor(observer, noisy, A1)
+        white_noise_factor(observer, noisy, A1)
     cart = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]])
     with pytest.raises(lb.DesignError, match="the mode 1 on or outside.*robustness"):
-        lb.white_noise_factor(lb.kalman_filter(cart), cart, np.eye(2))
+        white_noise_factor(lb.kalman_filter(cart), cart, np.eye(2))

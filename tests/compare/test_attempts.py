@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.certificate import Certificate
 from luenberger.compare import measure
 from luenberger.compare.attempts import Attempt
 
@@ -74,7 +75,7 @@ def test_variance_of_what_is_driven_is_kept_however_small():
 
 @pytest.mark.parametrize(("worst", "exact"), [(0.9e-9, True), (1.1e-9, False)])
 def test_exact_is_what_a_certificate_requires(worst, exact):
-    certificate = lb.Certificate(0.0, 0.0, worst, 0.0, np.array([0.5]), True)
+    certificate = Certificate(0.0, 0.0, worst, 0.0, np.array([0.5]), True)
     one = Attempt("Kalman filter", "", certificate=certificate)
     assert one.exact is exact and one.sound is exact
     if exact:

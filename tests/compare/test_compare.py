@@ -194,7 +194,7 @@ def test_numbers_are_those_of_the_library(table):
     assert one.trace == np.trace(lb.error_covariance(observer, plant))
     np.testing.assert_array_equal(one.variances, np.diagonal(one.covariance))
     assert one.order == observer.order == 2
-    assert one.work == lb.multiply_adds(observer)
+    assert one.work == lb.export.multiply_adds(observer)
     assert one.cond == lb.certify(observer, plant).cond
     assert one.certificate.worst == lb.certify(observer, plant).worst
     assert one.worst_pole == np.abs(observer.poles).max()
@@ -219,7 +219,7 @@ def test_work_is_that_of_the_exported_source(smooth, of_k, method, tmp_path):
             sums = re.findall(r"const double \w+ = ([^[;]+);", text)
             terms = sum(1 + s.count(" + ") + s.count(" - ") for s in sums)
             numbers = sum(s.count(" * ") for s in sums)
-            assert one.work == terms == lb.multiply_adds(one.observer)
+            assert one.work == terms == lb.export.multiply_adds(one.observer)
             assert one.bytes == 8 * (numbers + one.order)
 
 
@@ -232,7 +232,7 @@ def test_a_long_and_dense_observer_is_counted_as_loops():
     observer = lb.Observer(F, zero, D, eye, 0 * D, eye, eye, dt=1.0)
     cost = step_cost(observer)
     assert cost.multiply_adds == 20 * 20 + 20  # F z and D y; P z is a copy
-    assert lb.multiply_adds(observer) == cost.multiply_adds
+    assert lb.export.multiply_adds(observer) == cost.multiply_adds
     assert cost.bytes >= 8 * (20 + 20 * 20)
 
 
@@ -243,7 +243,7 @@ def test_rounding_is_not_work(table):
     """
     best = novak(table, (0, 1), "steady")
     np.testing.assert_allclose(best.observer.V[2, 0], 0, atol=1e-10)
-    assert best.work == lb.multiply_adds(best.observer) == 4
+    assert best.work == lb.export.multiply_adds(best.observer) == 4
 
 
 def test_noise_gain_is_what_v_alone_does(smooth):

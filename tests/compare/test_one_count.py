@@ -55,7 +55,7 @@ def test_the_recommended_design_costs_the_same_wherever_it_is_said(name, tmp_pat
     assert header == tuple(
         int(row[k]) for k in ("multiply_adds", "operations", "bytes")
     )
-    assert header[0] == lb.multiply_adds(observer)
+    assert header[0] == lb.export.multiply_adds(observer)
     assert header == (chosen.work, chosen.operations, chosen.bytes)
 
 
@@ -73,4 +73,4 @@ def test_an_observer_is_counted_as_it_is_exported(tmp_path):
                            T=[[1]], L=[[1]], dt=1.0)  # fmt: skip
     assert of_the_header(observer, tmp_path) == (5, 14, 48)
     assert of_the_header(observer, tmp_path, "float") == (5, 13, 20)
-    assert lb.multiply_adds(observer, dtype="float") == 5
+    assert lb.export.multiply_adds(observer, dtype="float") == 5

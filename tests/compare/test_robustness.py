@@ -249,7 +249,7 @@ def test_among_equal_worst_cases_the_least_work_is_taken():
     S, o = np.array([[1.0, 0.5], [0.25, 1.0]]), light
     turned = dict(F=S @ o.F @ np.linalg.inv(S), D=S @ o.D, P=o.P @ np.linalg.inv(S))
     heavy = dataclasses.replace(o, **turned, T=S @ o.T)
-    assert lb.multiply_adds(light) < lb.multiply_adds(heavy)
+    assert lb.export.multiply_adds(light) < lb.export.multiply_adds(heavy)
     found = lb.robustness({"heavy": heavy, "light": light}, {"a": plant})
     assert found.recommended().name == "light"
     raw = {"raw": lb.deadbeat_observer(scalar(0.5))}

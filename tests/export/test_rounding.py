@@ -150,15 +150,15 @@ def test_numbers_that_float_has_not_are_refused_by_name(gain, message, tmp_path)
     with pytest.raises(ValueError, match=message):
         to_c(observer, tmp_path, dtype="float")
     with pytest.raises(ValueError, match=message):
-        lb.multiply_adds(observer, dtype="float")
+        lb.export.multiply_adds(observer, dtype="float")
 
 
 def test_what_is_rounding_beside_its_row_may_vanish(tmp_path):
     observer = lb.Observer([[0.5]], [[]], [[1, 1e-42]], [[1]], [[0, 0]],
                            T=[[1]], L=[[1]], dt=1.0)  # fmt: skip
     to_c(observer, tmp_path, dtype="float")
-    assert lb.multiply_adds(observer, dtype="float") == 2
-    assert lb.multiply_adds(observer) == 3
+    assert lb.export.multiply_adds(observer, dtype="float") == 2
+    assert lb.export.multiply_adds(observer) == 3
 
 
 @needs_compiler

@@ -6,6 +6,7 @@ import pytest
 from in_parts import in_parts
 
 import luenberger as lb
+from luenberger.papers.kawazoe.reconstruction import reconstruct_state
 
 PLANT = lb.Plant(
     [[0.9, 0.1], [0, 0.8]],
@@ -100,7 +101,7 @@ ASKED = {
     "fit": lambda y, *u: (
         lb.fit_noise(PLANT, lb.Record(y, *u), Q="diagonal", R="diagonal").plant.R
     ),
-    "state": lambda y, *u: lb.reconstruct_state(PLANT, y, *u),
+    "state": lambda y, *u: reconstruct_state(PLANT, y, *u),
 }
 
 

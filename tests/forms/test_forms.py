@@ -334,11 +334,11 @@ def test_a_filter_without_its_hidden_states_is_certified():
     assert lb.certify(made, plant).require().worst < 1e-13
     left = lb.error_covariance(made, plant)
     np.testing.assert_allclose(left, lb.error_covariance(whole, plant), rtol=1e-12)
-    assert lb.multiply_adds(made) < lb.multiply_adds(whole)
+    assert lb.export.multiply_adds(made) < lb.export.multiply_adds(whole)
     (one,) = lb.compare(plant, k=[1, 0, 0, 0], methods="Kalman filter")
     forms = (made.modal(), made.modal("companion"), made.companion())
     least = min(map(lb.multiply_adds, forms))
-    assert one.order == 2 and one.work <= least < lb.multiply_adds(made)
+    assert one.order == 2 and one.work <= least < lb.export.multiply_adds(made)
     assert "Left out: 2 states that the estimate never shows." in one.note
 
 

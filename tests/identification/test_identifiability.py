@@ -10,6 +10,7 @@ from sympy.polys.matrices import DomainMatrix
 
 import luenberger as lb
 from luenberger.identification.forms import form_of
+from luenberger.identification.identifiability import identifiability
 
 POSITION = [[1, 1], [0, 1]], None, [[1, 0]]
 
@@ -69,7 +70,7 @@ def test_the_count_is_the_rank_of_mehras_map(seed):
     n, p = len(A), len(C)
     gain = [[Fraction(int(k), 11) for k in row] for row in rng.integers(-9, 9, (n, p))]
     plant = lb.Plant(A, None, C, dt=1.0, R=np.eye(p))
-    found = lb.identifiability(plant, **unknown)
+    found = identifiability(plant, **unknown)
     wanted = exact_rank(A, C, list(parts_of(n, p, **unknown)), gain)
     assert found.determined == wanted
     assert len(found.sentences) == len(found.unknown) - wanted
@@ -127,7 +128,7 @@ def test_the_count_is_the_rank_of_the_covariances_of_a_record(seed):
     )
     given = (A, None, C) if varies else (A[0], None, C[0])
     plant = lb.Plant(*given, dt=1.0, R=np.eye(p))
-    found = lb.identifiability(plant, **unknown, seen=seen)
+    found = identifiability(plant, **unknown, seen=seen)
     wanted = rank_of_records(A[1:], C[1:], seen, list(parts_of(n, p, **unknown)))
     assert found.determined == wanted
 
@@ -140,7 +141,7 @@ def test_units_decide_nothing(seed):
     other = lb.Plant(
         A / x[:, None] * x, None, C / y[:, None] * x, dt=1.0, R=np.eye(len(C))
     )
-    found, again = (lb.identifiability(one, **unknown) for one in (plant, other))
+    found, again = (identifiability(one, **unknown) for one in (plant, other))
     assert again.determined == found.determined
 
 
@@ -150,7 +151,7 @@ def test_a_silent_change_leaves_no_trace(seed):
     rng = np.random.default_rng(seed)
     A, C = rng.normal(size=(3, 3)), rng.normal(size=(1, 3))
     plant = lb.Plant(A, None, C, dt=1.0)
-    directions = lb.identifiability(plant).directions
+    directions = identifiability(plant).directions
     assert len(directions) == 3  # X with A X C' = 0: a symmetric one of two columns
     P = scipy.linalg.solve_discrete_are(A.T, C.T, np.eye(3), [[1]])
     L = A @ P @ C.T / (C @ P @ C.T + 1)
@@ -197,27 +198,27 @@ def test_a_silent_change_leaves_no_trace(seed):
 )
 def test_it_is_said_in_words(given, unknown, said):
     plant = lb.Plant(*given, dt=1.0)
-    assert list(lb.identifiability(plant, **unknown).sentences) == said
+    assert list(identifiability(plant, **unknown).sentences) == said
 
 
 @pytest.mark.parametrize("turn", [1.0, 2.0, 0.25])
 def test_a_plant_that_varies_is_judged_by_all_its_instants(turn):
     """Constant in disguise, and one whose change of speed tells what was hidden."""
     A, C = turn * np.array(POSITION[0]), POSITION[2]
-    constant = lb.identifiability(lb.Plant(A, None, C, dt=1.0))
+    constant = identifiability(lb.Plant(A, None, C, dt=1.0))
     steps = A * np.ones((40, 1, 1))
-    found = lb.identifiability(lb.Plant(steps, None, C, dt=1.0))
+    found = identifiability(lb.Plant(steps, None, C, dt=1.0))
     assert found.sentences == constant.sentences != ()
     steps[::3, 0, 1] *= 2
-    assert lb.identifiability(lb.Plant(steps, None, C, dt=1.0)).sentences == ()
+    assert identifiability(lb.Plant(steps, None, C, dt=1.0)).sentences == ()
 
 
 def test_outputs_that_never_meet_do_not_tell_their_correlation():
     plant = lb.Plant([[0.5, 0], [0.3, 0.2]], None, np.eye(2), dt=1.0)
     seen = np.ones((50, 2), dtype=bool)
     seen[::2, 0] = seen[1::2, 1] = False
-    assert lb.identifiability(plant).sentences == ()
-    found = lb.identifiability(plant, seen=seen)
+    assert identifiability(plant).sentences == ()
+    found = identifiability(plant, seen=seen)
     assert found.sentences == ("R[0,1], which leaves no trace in the outputs.",)
     with pytest.raises(lb.DesignError, match=r"no record of this plant.*R\[0,1\]"):
         found.require()
@@ -229,8 +230,8 @@ def test_outputs_that_meet_late_tell_it_then(meet):
     seen = np.ones((400, 2), dtype=bool)
     seen[::2, 0] = seen[1::2, 1] = False
     seen[meet : meet + 6] = True
-    assert lb.identifiability(plant, seen=seen).sentences == ()
-    assert lb.identifiability(plant, seen=seen[:meet]).sentences != ()
+    assert identifiability(plant, seen=seen).sentences == ()
+    assert identifiability(plant, seen=seen[:meet]).sentences != ()
 
 
 @pytest.mark.parametrize(
@@ -245,4 +246,4 @@ def test_outputs_that_meet_late_tell_it_then(meet):
 )
 def test_what_is_no_form_is_refused(wrong, said):
     with pytest.raises(ValueError, match=said):
-        lb.identifiability(lb.Plant(*POSITION, dt=1.0), **wrong)
+        identifiability(lb.Plant(*POSITION, dt=1.0), **wrong)

@@ -25,7 +25,7 @@ design = table.recommended()
 # -- the same numbers from the plant at work
 
 assert design.observer.estimate_names == ("torque (Nm)",)
-assert design.work == lb.multiply_adds(design.observer) <= 30
+assert design.work == lb.export.multiply_adds(design.observer) <= 30
 true = lb.monte_carlo(drive, design.observer, runs=1500, steps=400, seed=2)
 np.testing.assert_allclose(true.covariance[-1], design.error_of_k, rtol=0.15)
 current = 20 * np.sign(np.sin(np.arange(20_001) / 50))[:, None]  # A, back and forth

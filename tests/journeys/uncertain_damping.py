@@ -9,6 +9,7 @@ import dataclasses
 import numpy as np
 
 import luenberger as lb
+from luenberger.analysis.constant_parameter import white_noise_factor
 
 
 def oscillator(damping: float) -> lb.Plant:
@@ -26,7 +27,7 @@ filters = {
     for share in (70, 95, 100, 130)
 }
 slope = (oscillator(0.501).sampled(0.05).A - oscillator(0.499).sampled(0.05).A) / 2e-3
-factor = lb.white_noise_factor(filters["for 100 %"], plant, slope)
+factor = white_noise_factor(filters["for 100 %"], plant, slope)
 for name, stronger in (("white", 1.0), ("white, scaled", factor)):
     noise = np.sqrt(stronger / 3) * 0.15 * slope  # even between -0.15 and 0.15
     noisy = dataclasses.replace(plant, multiplicative=[(noise, 0 * plant.C)])

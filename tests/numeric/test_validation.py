@@ -13,6 +13,8 @@ import sympy
 
 import luenberger as lb
 from luenberger.numeric import staircase_form
+from luenberger.numeric.staircase_form import staircase
+from luenberger.papers.kawazoe.reconstruction import reconstruct_state
 
 MASKED = np.ma.array([[999.0]], mask=[[True]])
 TIMES = np.array([[1]], "datetime64[ns]")
@@ -95,14 +97,14 @@ def estimates():
         "claimed": lambda X: lb.monte_carlo(
             here, observer, runs=1, steps=1, seed=1, claimed=X
         ),
-        "y of reconstruct_state": lambda X: lb.reconstruct_state(two, [one(X), one(X)]),
+        "y of reconstruct_state": lambda X: reconstruct_state(two, [one(X), one(X)]),
         "poles": lambda X: lb.reduced_order_observer(two, one(X)),
         "poles of a functional": lambda X: lb.functional_observer(
             two, [[1, 1]], poles=one(X)
         ),
         "k": lambda X: lb.functional_observer(here, X),
         "L": lambda X: lb.fixed_order_filter(here, 1, L=X),
-        "A of staircase": lambda X: lb.staircase(X, [[1]]),
+        "A of staircase": lambda X: staircase(X, [[1]]),
         "periods": lambda X: lb.sampling.discretise(
             lb.Plant([[0]], None, [[1]]), one(X)
         ),

@@ -44,7 +44,7 @@ def test_the_rows_of_the_same_observer(name, tmp_path):
     some.to_json(tmp_path / "some.json")
     again = lb.Observer.from_json(tmp_path / "some.json")
     assert all((getattr(again, X) == getattr(some, X)).all() for X in "FGDPVWTL")
-    assert some.steps or lb.multiply_adds(some) < lb.multiply_adds(whole)
+    assert some.steps or lb.export.multiply_adds(some) < lb.export.multiply_adds(whole)
     assert (
         lb.estimate(some, lb.Record(y, u[:, :1]))[:, 2].tolist() == [0] * 6
     )  # 0 x is 0

@@ -213,7 +213,11 @@ def observer(**options):
             lb.DesignError,
             "needs dt > 0 and the covariances",
         ),
-        (lambda: lb.multiply_adds(observer(steps=3)), ValueError, "constant observer"),
+        (
+            lambda: lb.export.multiply_adds(observer(steps=3)),
+            ValueError,
+            "constant observer",
+        ),
     ],
 )
 def test_refusal(request_, error, message):

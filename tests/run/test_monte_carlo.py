@@ -18,9 +18,10 @@ import scipy.stats
 import luenberger as lb
 from luenberger.run import monte_carlo
 from luenberger.run.executor import in_order
+from luenberger.run.monte_carlo import Ensemble
 
 RUNS, STEPS, SEED = 900, 5, 9  # 15 blocks, the last one of 4 runs
-FIELDS = [one.name for one in dataclasses.fields(lb.Ensemble) if one.name != "note"]
+FIELDS = [one.name for one in dataclasses.fields(Ensemble) if one.name != "note"]
 
 
 def plant_of(seed, n=3, p=2, **options):

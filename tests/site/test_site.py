@@ -3,6 +3,7 @@
 import collections
 import html
 import importlib
+import inspect
 import json
 import pathlib
 import re
@@ -13,6 +14,7 @@ from html.parser import HTMLParser
 import pytest
 from site_build import COMMAND, ROOT
 
+import luenberger as lb
 from luenberger import ledger
 
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("[0-9]*.ipynb"))
@@ -291,8 +293,7 @@ def test_the_ledger_leads_to_the_very_equation(path, site):
 
 @pytest.mark.site
 def test_every_public_name_has_its_reference(pages):
-    text = (ROOT / "lib" / "luenberger" / "__init__.py").read_text(encoding="utf-8")
-    public = re.findall(r"^from \.[\w.]+ import \w+ as (\w+)", text, re.M)
+    public = [name for name in lb.__all__ if not inspect.ismodule(getattr(lb, name))]
     described = {name for page in pages.values() for name in page.names}
     assert "certify" in public
     assert {f"luenberger.{name}" for name in public} <= described

@@ -13,6 +13,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import luenberger as lb
+from luenberger.identification.identifiability import identifiability
 
 ROWS = 4000
 
@@ -29,7 +30,7 @@ def plant_and_record(seed, sizes=None):
         Q = np.diag(rng.uniform(0.3, 3, n))
         half = rng.normal(size=(p, p))
         R = half @ half.T + 0.3 * np.eye(p)
-        if not lb.identifiability(plant, Q="diagonal").sentences:
+        if not identifiability(plant, Q="diagonal").sentences:
             return plant, Q, R, record(rng, A, C, Q, R)
 
 

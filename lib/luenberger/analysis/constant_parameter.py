@@ -32,6 +32,14 @@ def white_noise_factor(
 ) -> float:
     r"""By how much white noise understates a parameter that is wrong for good.
 
+    White noise must have 3.8 times the variance of a constant error of this pole:
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.9]], None, [[1]], dt=1.0, Q=[[1]], R=[[4]])
+    >>> observer = lb.kalman_filter(plant)
+    >>> round(white_noise_factor(observer, plant, [[1]]), 2)
+    3.84
+
     A plant x+ = (A + theta A1) x + w with an unknown constant theta of mean 0 and
     variance s^2 adds s^2 X_2 to the second moment of state and error, to second order,
     and white noise of that variance in its place adds s^2 X_w, with
@@ -74,16 +82,6 @@ def white_noise_factor(
     References
     ----------
     papers/haddad_bernstein/derivation/constant_parameter.py.
-
-    Examples
-    --------
-    White noise must have 3.8 times the variance of a constant error of this pole:
-
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.9]], None, [[1]], dt=1.0, Q=[[1]], R=[[4]])
-    >>> observer = lb.kalman_filter(plant)
-    >>> round(lb.white_noise_factor(observer, plant, [[1]]), 2)
-    3.84
     """
     expect(observer=observer, plant=plant)
     require_match(observer, plant)

@@ -33,20 +33,22 @@ def error_covariance(
 ) -> Matrix:
     r"""Second moment E[e e'] of the error e = w^ - L x of any observer on a plant.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> lb.error_covariance(lb.kalman_filter(plant), plant).round(12)
+    array([[0.75, 0.5 ],
+           [0.5 , 1.  ]])
+
     For an observer that satisfies (9), (13) the error obeys (11), (26),
 
     .. math:: \varepsilon_{i+1} = F_i\varepsilon_i + D_i v_i - T_{i+1} w_i,
               \qquad e_i = P_i\varepsilon_i + V_i v_i ,
 
     whatever the known input.  Where it does not (a filter of fixed order, or another
-    plant than it was designed for), state and input drive the error too.  Then the
-    moments of x and eps are propagated together, with those of the input that
-    ``plant.U`` says; a mean error counts with its square.
-
-    Multiplicative noise joins w and v: ``w + sum g_j A_j x`` and ``v + sum g_j C_j x``
-    are white and uncorrelated with the past, with covariances that follow from the
-    second moment E[x x'] of the state.  That depends on the input, too: without ``U``
-    it is taken as zero.
+    plant than it was designed for), state and input drive the error too, the input as
+    ``plant.U`` says; a mean error counts with its square.  Multiplicative noise counts,
+    too, with an input of zero where nothing is said of it.
 
     Parameters
     ----------
@@ -82,15 +84,6 @@ def error_covariance(
     Leondes and Novak (1974), equations (11), (26), (28);
     papers/leondes_novak/derivation/huddle.py, any_observer.py, known_input.py. Haddad
     and Bernstein (1987), (4.3), (4.4); papers/haddad_bernstein/derivation/augmented.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
-    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
-    >>> lb.error_covariance(lb.kalman_filter(plant), plant).round(12)
-    array([[0.75, 0.5 ],
-           [0.5 , 1.  ]])
     """
     expect(observer=observer, plant=plant)
     require_match(observer, plant)

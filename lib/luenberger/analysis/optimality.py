@@ -132,6 +132,12 @@ def optimality(
 ) -> Optimality:
     r"""Measure how far an estimator is from the least error of its order.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.9, 0.1], [0.2, 0.7]], None, [[0, 1]], dt=1.0,
+    ...                  Q=[[0.1, 0], [0, 0]], R=[[1]])
+    >>> lb.optimality(lb.kalman_filter(plant), plant).worst < 1e-12
+    True
+
     The cost is that of (3.5), E[(w^ - L x)' weight (w^ - L x)] in the steady state,
     of the plant without its known input unless its U says what that is like.  The
     necessary conditions are that its four gradients vanish and,
@@ -163,14 +169,6 @@ def optimality(
     ----------
     Haddad and Bernstein (1987), equations (3.14)-(3.18), (4.4)-(4.11);
     papers/haddad_bernstein/derivation/gradients.py, equations.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.9, 0.1], [0.2, 0.7]], None, [[0, 1]], dt=1.0,
-    ...                  Q=[[0.1, 0], [0, 0]], R=[[1]])
-    >>> lb.optimality(lb.kalman_filter(plant), plant).worst < 1e-12
-    True
     """
     expect(observer=observer, plant=plant)
     weight = np.eye(len(observer.L)) if weight is None else weight

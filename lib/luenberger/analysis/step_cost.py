@@ -102,6 +102,11 @@ def step_cost(observer: Observer, dtype: str = "double") -> StepCost:
 def multiply_adds(observer: Observer, *, dtype: str = "double") -> int:
     """Multiply-adds of one step of a constant observer in the C of `export.to_c`.
 
+    >>> import luenberger as lb
+    >>> multiply_adds(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
+    ...                         T=[[-2, 1]], L=[[1, 0], [0, 1]]))
+    5
+
     They are the products and names that the sums of a step add up: a zero costs
     nothing, a one no multiplication but an addition, which is counted, and an estimate
     that is a bare copy of a signal nothing.  The observer is counted exactly as it is,
@@ -123,13 +128,6 @@ def multiply_adds(observer: Observer, *, dtype: str = "double") -> int:
     ------
     ValueError
         If the observer has gains for every step, or numbers that float has not.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> lb.multiply_adds(lb.Observer([[0.5]], [[1]], [[2]], [[0], [1]], [[1], [2]],
-    ...                              T=[[-2, 1]], L=[[1, 0], [0, 1]]))
-    5
     """
     expect(observer=observer)
     if observer.steps is not None:

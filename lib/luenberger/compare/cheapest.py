@@ -46,7 +46,7 @@ def cheapest(
     >>> observer = lb.Observer([[0.5, 1], [0.25, 0.25]], [[], []], [[3], [1]],
     ...                        [[1, 2]], [[0.5]], T=[[1], [1]], L=[[1]], dt=1.0)
     >>> form, name, cost = cheapest(observer, lambda one: True)
-    >>> lb.multiply_adds(observer), name, cost.multiply_adds
+    >>> lb.export.multiply_adds(observer), name, cost.multiply_adds
     (9, 'modal', 7)
     """
     best = (observer, DESIGNED, step_cost(observer, dtype))

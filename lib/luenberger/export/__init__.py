@@ -12,6 +12,7 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from .. import arguments, certificate
+from ..analysis.step_cost import multiply_adds as multiply_adds
 from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
 from ..plant import Plant
@@ -38,16 +39,21 @@ def to_c(
 ) -> list[Path]:
     r"""Write a constant observer, or a plant's time-varying filter, as C99.
 
+    >>> import tempfile, luenberger as lb
+    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
+    ...                        L=[[1]], dt=1.0)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     [path.name for path in lb.export.to_c(observer, folder, name="speed")]
+    ['speed.c', 'speed.h']
+
     Two files, NAME.h and NAME.c, which allocate nothing, call nothing but math.h and
     compile without warnings.  A device calls ``NAME_init(state, x0)`` once.  For each
     sample it calls ``NAME_estimate(state, y, what)`` and then
     ``NAME_advance(state, u, y)``, which leads to the next one: u acts until then.
 
-    - An `Observer` becomes :math:`\hat w_i = P z_i + V y_i + W u_i` and
-      :math:`z_{i+1} = F z_i + G u_i + D y_i`.
-    - A `Plant` becomes its `Filter`.  NaN in y means not measured.  ``NAME_init`` takes
-      standard deviations beside x0, and ``NAME_variances(state, variances)`` says what
-      the errors are.
+    A `Plant` becomes its `Filter`.  NaN in y means not measured.  ``NAME_init`` takes
+    standard deviations beside x0, and ``NAME_variances(state, variances)`` says what
+    the errors are.
 
     Parameters
     ----------
@@ -86,15 +92,6 @@ def to_c(
     computes what Python does.  It warns where roundings in float add up to 0.1 % of z,
     in a slow mode; `rounding_error` measures them.  Source: Leondes and Novak (1974),
     (27), (33), (43); Bierman (1977), sections V.3 and VI.4.
-
-    Examples
-    --------
-    >>> import tempfile, luenberger as lb
-    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
-    ...                        L=[[1]], dt=1.0)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     [path.name for path in lb.export.to_c(observer, folder, name="speed")]
-    ['speed.c', 'speed.h']
     """
     arguments.expect_beside(source, plant)
     identifier(name)

@@ -25,6 +25,13 @@ LOST_TOL = 1e-9  # relative to L: what rounding may cost it
 def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
     """A plant, or an observer from [u; y] to w^, as a python-control StateSpace.
 
+    >>> import luenberger as lb
+    >>> from luenberger.export import to_control
+    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
+    ...                        L=[[1]], dt=1.0)
+    >>> to_control(observer).input_labels, to_control(observer).dt
+    (['u1', 'y1'], 1.0)
+
     Parameters
     ----------
     source : Observer or Plant
@@ -52,15 +59,6 @@ def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
     See Also
     --------
     from_statespace : an observer from a StateSpace
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> from luenberger.export import to_control
-    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
-    ...                        L=[[1]], dt=1.0)
-    >>> to_control(observer).input_labels, to_control(observer).dt
-    (['u1', 'y1'], 1.0)
     """
     expect_beside(source, plant)
     import control
@@ -88,6 +86,13 @@ def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
 def to_scipy(source: Observer | Plant) -> Any:
     """A plant, or an observer from [u; y] to w^, as a scipy.signal StateSpace.
 
+    >>> import luenberger as lb
+    >>> from luenberger.export import to_scipy
+    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
+    ...                        L=[[1]], dt=1.0)
+    >>> to_scipy(observer).B
+    array([[1., 2.]])
+
     Parameters
     ----------
     source : Observer or Plant
@@ -103,15 +108,6 @@ def to_scipy(source: Observer | Plant) -> Any:
     ------
     DesignError
         If the source varies with time.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> from luenberger.export import to_scipy
-    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
-    ...                        L=[[1]], dt=1.0)
-    >>> to_scipy(observer).B
-    array([[1., 2.]])
     """
     expect(source=source)
     import scipy.signal
@@ -124,6 +120,15 @@ def from_statespace(
     sys: Any, plant: Plant, *, T: ArrayLike | None = None, L: ArrayLike | None = None
 ) -> Observer:
     r"""A StateSpace from [u; y] to w^ as an observer of this plant, certified.
+
+    >>> import luenberger as lb
+    >>> from luenberger.export import from_statespace, to_scipy
+    >>> plant = lb.Plant([[1, 1], [0, 1]], [[0], [1]], [[1, 0]], dt=1.0)
+    >>> sys = to_scipy(lb.reduced_order_observer(plant, [0.5]))
+    >>> observer = from_statespace(sys, plant)
+    >>> observer.L, observer.T
+    (array([[1., 0.],
+           [0., 1.]]), array([[ 0.5, -1. ]]))
 
     A state space says what it computes and not what that estimates.  Its F and D
     determine T where F shares no pole with A, because then :math:`TA - FT = DC` has
@@ -158,17 +163,6 @@ def from_statespace(
     References
     ----------
     Van Dooren (1984), equations (3)-(5); papers/van_dooren/derivation/theorem.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> from luenberger.export import from_statespace, to_scipy
-    >>> plant = lb.Plant([[1, 1], [0, 1]], [[0], [1]], [[1, 0]], dt=1.0)
-    >>> sys = to_scipy(lb.reduced_order_observer(plant, [0.5]))
-    >>> observer = from_statespace(sys, plant)
-    >>> observer.L, observer.T
-    (array([[1., 0.],
-           [0., 1.]]), array([[ 0.5, -1. ]]))
     """
     expect(sys=sys, plant=plant)
     if plant.steps is not None:

@@ -100,6 +100,12 @@ def rounding_error(
 ) -> RoundingError:
     """Compile an observer's C, run it on a simulated record, and compare.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]])
+    >>> found = lb.export.rounding_error(lb.kalman_filter(plant), plant)
+    >>> 1e-8 < found.worst < 1e-5
+    True
+
     The plant is simulated with its noises for `steps` samples.  Its readings pass
     through the C that `to_c` writes, in `dtype`, and through `estimate` in double.
     What differs is the rounding of constants, readings and sums.  It grows with the
@@ -138,14 +144,6 @@ def rounding_error(
     See Also
     --------
     to_c : the source.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]])
-    >>> found = lb.export.rounding_error(lb.kalman_filter(plant), plant)
-    >>> 1e-8 < found.worst < 1e-5
-    True
     """
     expect(observer=observer, plant=plant)
     require_c_type(dtype)

@@ -114,6 +114,13 @@ def fit_noise(
 ) -> NoiseFit:
     """Find the noise covariances of a plant, and unknown entries, from records.
 
+    >>> import numpy as np, luenberger as lb
+    >>> rng = np.random.default_rng(8)
+    >>> y = np.cumsum(rng.normal(size=500)) + 3 * rng.normal(size=500)  # Q = 1, R = 9
+    >>> fit = lb.fit_noise(lb.Plant([[1]], None, [[1]], dt=1.0), y)
+    >>> fit.plant.Q.round(1), fit.plant.R.round(1), round(fit.log_likelihood, 2)
+    (array([[0.9]]), array([[9.4]]), -1346.14)
+
     The most likely Q and R: those that make the record most probable, as
     `Filter.log_likelihood` says.  What no record could determine is refused, with the
     direction that nothing determines, as `identifiability` says it.
@@ -155,15 +162,6 @@ def fit_noise(
     References
     ----------
     Durbin and Koopman (2012), chapter 7; Mehra (1970); identification/derivation/.
-
-    Examples
-    --------
-    >>> import numpy as np, luenberger as lb
-    >>> rng = np.random.default_rng(8)
-    >>> y = np.cumsum(rng.normal(size=500)) + 3 * rng.normal(size=500)  # Q = 1, R = 9
-    >>> fit = lb.fit_noise(lb.Plant([[1]], None, [[1]], dt=1.0), y)
-    >>> fit.plant.Q.round(1), fit.plant.R.round(1), round(fit.log_likelihood, 2)
-    (array([[0.9]]), array([[9.4]]), -1346.14)
     """
     expect(plant=plant)
     if not isinstance(method, str) or method not in METHODS:

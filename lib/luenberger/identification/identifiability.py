@@ -67,6 +67,13 @@ def identifiability(
 ) -> Identifiability:  # fmt: skip
     """Say which combinations of the unknown Q, R and S a record can determine.
 
+    A state that is forgotten at once: both noises only add up in the output.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0]], None, [[1]], dt=1.0)
+    >>> identifiability(plant).sentences
+    ('Q[0,0] and R[0,0] apart, but only the sum Q[0,0] + R[0,0].',)
+
     Let the rows of T be what the outputs show of the state, now or later: T A = A_T T
     and C = C_T T with an observable pair A_T, C_T; of an observable plant T is I.  A
     change (dQ, dR, dS) leaves no trace in the autocovariances of the innovations, of
@@ -110,15 +117,6 @@ def identifiability(
     ----------
     Mehra (1970); Odelson, Rajamani and Rawlings (2006);
     identification/derivation/identifiability.py.
-
-    Examples
-    --------
-    A state that is forgotten at once: both noises only add up in the output.
-
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0]], None, [[1]], dt=1.0)
-    >>> lb.identifiability(plant).sentences
-    ('Q[0,0] and R[0,0] apart, but only the sum Q[0,0] + R[0,0].',)
     """
     expect(plant=plant)
     n, p, begin, one = plant.n, plant.p, start or {}, plant.at(0)

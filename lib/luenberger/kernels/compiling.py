@@ -44,9 +44,23 @@ def compile(
 ) -> Any:
     r"""Make a function of a stage list that is proved.
 
-    Stages :math:`X = f(A, B, \dots)`, in order, become code that computes each
-    target once; an inverse :math:`N M^{-1}` becomes a solve with a factor of M.  Only
-    the stages that `outputs` need are kept.
+    >>> import luenberger as lb
+    >>> from luenberger.papers.leondes_novak.derivation import steady_gradient
+    >>> gradient = lb.compile(steady_gradient)
+    >>> print(gradient.source)
+    def step(*, K, M, Omega, C, Lambda):
+        Gradient = 2.0 * (Lambda @ (K @ M - (Omega @ C.mT)))
+        return dict(Gradient=Gradient)
+    <BLANKLINE>
+    >>> one = [[1.0]]
+    >>> known = dict(K=[[2.0]], M=[[3.0]], Omega=one, C=one, Lambda=one)
+    >>> gradient(**known)
+    {'Gradient': array([[10.]])}
+    >>> text = lb.compile(steady_gradient, "Gradient", backend="c").source
+    >>> text.partition(",")[0]
+    'int run(int n'
+
+    Only the stages that `outputs` need are kept.  An inverse becomes a solve.
 
     Parameters
     ----------
@@ -67,14 +81,9 @@ def compile(
         ``f(**matrices) -> dict`` of 2-D arrays by name; a matrix that the stages do
         not read is not asked for.  ``f.given`` has the names of the matrices and
         ``f.source`` the printed text.
-
-        With numba the text is a module whose ``run(A, ...)`` takes the matrices in
-        the order of ``f.given`` and returns a tuple, and ``f.run`` is that function,
-        to be called in loops of one's own.  With C the text is the function
-        ``int run(int n, ..., const double *A, ..., double *X_out, ...)``.  It returns
-        0, or 1 where a matrix that a solve needs is not positive definite; what it
-        writes must not overlap what it is given.  A call compiles it with the C
-        compiler of the machine.
+        With numba ``f.run`` takes the matrices in that order and returns a tuple, for
+        loops of one's own.  With C the text is the function ``int run(int n, ..., const
+        double *A, ..., double *X_out, ...)``, 0 or 1 where a solve has no solution.
 
     Raises
     ------
@@ -90,28 +99,6 @@ def compile(
     numpy.linalg.LinAlgError
         If a matrix that a solve needs is not positive definite.  NumPy and numba give
         the solution of least norm where a semi-definite one has any.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> from luenberger.papers.leondes_novak.derivation import steady_gradient
-    >>> gradient = lb.compile(steady_gradient)
-    >>> print(gradient.source)
-    def step(*, K, M, Omega, C, Lambda):
-        Gradient = 2.0 * (Lambda @ (K @ M - (Omega @ C.mT)))
-        return dict(Gradient=Gradient)
-    <BLANKLINE>
-    >>> one = [[1.0]]
-    >>> known = dict(K=[[2.0]], M=[[3.0]], Omega=one, C=one, Lambda=one)
-    >>> gradient(**known)
-    {'Gradient': array([[10.]])}
-    >>> text = lb.compile(steady_gradient, "Gradient", backend="c").source
-    >>> print(text[: text.index("{")])
-    int run(int n, int p, const double *K /* n x p */,
-        const double *M /* p x p */, const double *Omega /* n x n */,
-        const double *C /* p x n */, const double *Lambda /* n x n */,
-        double *Gradient_out /* n x p */)
-    <BLANKLINE>
     """
     backends = {"numpy": _numpy, "numba": _Numba, "c": _InC}
     if backend not in backends:

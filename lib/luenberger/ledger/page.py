@@ -119,7 +119,7 @@ def _counts(papers: Papers) -> Iterator[str]:
 
 def _row(entry: Entry, formulas: bool) -> str:
     slip = " misprinted" if entry.misprints else ""
-    where = f"<code>{html.escape(entry.used.removeprefix('luenberger.'))}</code>"
+    where = f"<code>{html.escape(entry.used_by)}</code>"
     where += f"<br>{html.escape(entry.shown.partition(': ')[0])}"
     faults = entry.check() if formulas else []
     level = html.escape(f"not proved: {faults[0]}" if faults else entry.level)

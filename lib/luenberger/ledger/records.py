@@ -95,6 +95,12 @@ class Entry:
     words: str = ""
 
     @property
+    def used_by(self) -> str:
+        """What uses it, by the name that follows `lb.`, or its own in another room."""
+        name = self.used.removeprefix("luenberger.")
+        return name if name.count(".") < 2 else name.rpartition(".")[2]
+
+    @property
     def source(self) -> str:
         """The paper as it is cited, or "Our own"."""
         return title(self.paper)

@@ -12,7 +12,7 @@ def table(paper: str | None = None) -> Table:
     header = header if paper is not None else ["paper", *header]
     rows = []
     for e in entries(paper):
-        row = [e.number, e.says, e.level, e.used.removeprefix("luenberger.")]
+        row = [e.number, e.says, e.level, e.used_by]
         rows.append(row if paper is not None else [e.source, *row])
     return Table(header, rows)
 

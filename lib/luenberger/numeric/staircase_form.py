@@ -80,6 +80,11 @@ def conjugate(blocks: tuple[int, ...]) -> tuple[int, ...]:
 def staircase(A: ArrayLike, C: ArrayLike, tol: float | None = None) -> Staircase:
     r"""Unitary staircase form of an observable pair, (7) and (8).
 
+    >>> import luenberger as lb
+    >>> form = staircase([[0, 1, 0], [0, 0, 1], [1, 2, 3]], [[1, 0, 0]])
+    >>> form.blocks, form.indices, form.redundant
+    ((1, 1, 1), (3,), 0)
+
     .. math:: U^*AU = \begin{bmatrix} A_{11} & \cdots & & A_{1k}\\
               A_{21} & A_{22} & & \vdots\\ & \ddots & \ddots & \\
               & & A_{k,k-1} & A_{kk} \end{bmatrix},\qquad
@@ -115,13 +120,6 @@ def staircase(A: ArrayLike, C: ArrayLike, tol: float | None = None) -> Staircase
     References
     ----------
     Van Dooren (1984), (7), (8), remark 2(c); papers/van_dooren/derivation/rows.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> form = lb.staircase([[0, 1, 0], [0, 0, 1], [1, 2, 3]], [[1, 0, 0]])
-    >>> form.blocks, form.indices, form.redundant
-    ((1, 1, 1), (3,), 0)
     """
     A, C, tol = _checked(A, C, tol)
     return _finished(climb(A, C, tol)[0], tol, None)

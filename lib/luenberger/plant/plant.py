@@ -36,6 +36,12 @@ LATER: Any = None  # a field that is filled in once the others are known
 class Plant(ReadOnly):
     """Linear plant with known inputs, measurements and white noise.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> plant.n, plant.m, plant.p
+    (2, 0, 1)
+
     In discrete time ``x[i+1] = A x[i] + B u[i] + w[i]``,
     ``y[i] = C x[i] + E u[i] + v[i]``; in continuous time (``dt == 0``) the first
     is a differential equation.  Any matrix may carry a leading time axis
@@ -55,22 +61,18 @@ class Plant(ReadOnly):
     dt : float, default 0
         0 for continuous time, or the sampling period in seconds.
     Q, R : (n, n), (p, p) array_like, optional
-        Covariances of w and v, symmetric and positive semi-definite, in the
-        squared units of the states and outputs.  Singular and zero are allowed, and
-        rounding of 1e-9 beside the two variances of an entry.  In continuous time Q
-        is the intensity of w, per second, and R the covariance of the noise in one
-        sample (`sampled`): that of continuous readings is infinite.
+        Covariances of w and v, symmetric and positive semi-definite, in the squared
+        units of the states and outputs.  In continuous time Q is the intensity of w,
+        per second, and R the covariance of the noise in one sample (`sampled`).
     S : (n, p) array_like, optional
         E[w v'], default zero; [[Q, S], [S', R]] must be positive semi-definite.
     x0, P0 : (n,), (n, n) array_like, optional
         Mean (default zero) and covariance of the state before the first sample.
     U : (m,) or (m, m) array_like, Plant or 0, optional
-        What is known of the known input, for errors that it moves: a level for each
-        input, constant for ever from before the start (an input that switches is not
-        that), the covariance of white inputs, or a plant without input whose outputs
-        they are (its x0, P0 are of instant 0; default its steady state).  A periodic
-        input is a plant with modes on the unit circle.  0 is an input that is always
-        zero.
+        What is known of the known input, for errors that it moves: a level for each,
+        constant for ever (an input that switches is not that), the covariance of white
+        inputs, a plant without input whose outputs they are (a periodic one has modes
+        on the unit circle), or 0, always zero.
     multiplicative : sequence of (A1, C1), optional
         Noises that multiply the state: A + sum g_k A_k, C + sum g_k C_k with white
         g_k of mean 0 and variance 1, independent of each other and of w, v.
@@ -90,14 +92,6 @@ class Plant(ReadOnly):
     ValueError
         If a shape, a covariance, dt or an entry (masked, a time, text) is not what it
         should be; the message names the matrix, what it is and what it should be.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
-    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
-    >>> plant.n, plant.m, plant.p
-    (2, 0, 1)
     """
 
     A: np.ndarray
@@ -236,15 +230,13 @@ class Plant(ReadOnly):
     def at_first_sample(self) -> Self:
         """The plant with x0 and P0 carried to the first sample, before that is used.
 
-        No input acts on the way.
-
-        Examples
-        --------
         >>> import luenberger as lb
         >>> plant = lb.Plant([[2]], None, [[1]], dt=1.0, Q=[[1]], x0=[3], P0=[[1]])
         >>> ahead = plant.at_first_sample()
         >>> ahead.x0, ahead.P0, ahead.at_first
         (array([6.]), array([[5.]]), True)
+
+        No input acts on the way.
         """
         A, _, Q = self.first_step()
         P0 = None if self.P0 is None or self.Q is None else A @ self.P0 @ A.T + Q
@@ -258,6 +250,13 @@ class Plant(ReadOnly):
 
     def sampled(self, dt: float) -> Self:
         r"""The discrete plant of this continuous one, sampled every `dt` seconds.
+
+        >>> import luenberger as lb
+        >>> ball = lb.Plant([[0, 1], [0, 0]], [[0], [2]], [[1, 0]],
+        ...                 Q=[[0, 0], [0, 3]], R=[[1]])
+        >>> plant = ball.sampled(1.0)
+        >>> plant.B[:, 0], plant.Q[0, 0], plant.R[0, 0]
+        (array([1., 2.]), np.float64(1.0), np.float64(1.0))
 
         With u held from each sample to the next,
 
@@ -283,30 +282,12 @@ class Plant(ReadOnly):
         References
         ----------
         Van Loan (1978), "Computing integrals involving the matrix exponential".
-
-        Examples
-        --------
-        >>> import luenberger as lb
-        >>> ball = lb.Plant([[0, 1], [0, 0]], [[0], [2]], [[1, 0]],
-        ...                 Q=[[0, 0], [0, 3]], R=[[1]])
-        >>> plant = ball.sampled(1.0)
-        >>> plant.B[:, 0], plant.Q[0, 0], plant.R[0, 0]
-        (array([1., 2.]), np.float64(1.0), np.float64(1.0))
         """
         return replace(self, **one_period(self, dt))
 
     def with_input(self, U: ArrayLike | Plant | None) -> Self:
         """The plant, and what is known of its known input; None for nothing.
 
-        Errors count it, and designs that can are the best for it.
-
-        Parameters
-        ----------
-        U : (m,) or (m, m) array_like, Plant or 0, optional
-            As of `Plant`.
-
-        Examples
-        --------
         A filter believes in a gain that is wrong by a tenth, and the input is 3:
 
         >>> import luenberger as lb
@@ -315,6 +296,13 @@ class Plant(ReadOnly):
         >>> observer = lb.kalman_filter(believed)
         >>> lb.error_covariance(observer, plant.with_input([3])).round(12)
         array([[0.36]])
+
+        Errors count it, and designs that can are the best for it.
+
+        Parameters
+        ----------
+        U : (m,) or (m, m) array_like, Plant or 0, optional
+            As of `Plant`.
         """
         given: Any = U
         return replace(self, U=given)
@@ -322,6 +310,11 @@ class Plant(ReadOnly):
     @classmethod
     def from_statespace(cls, sys: object, **options: Any) -> Self:
         """Read A, B, C, D, dt and names from a python-control or scipy.signal system.
+
+        >>> import scipy.signal, luenberger as lb
+        >>> sys = scipy.signal.dlti([[0.5]], [[1]], [[2]], [[0]], dt=0.1)
+        >>> lb.Plant.from_statespace(sys, R=[[1]]).dt
+        0.1
 
         Parameters
         ----------
@@ -339,13 +332,6 @@ class Plant(ReadOnly):
         ------
         TypeError
             If QN, RN or NN is given: it says what to give in its place.
-
-        Examples
-        --------
-        >>> import scipy.signal, luenberger as lb
-        >>> sys = scipy.signal.dlti([[0.5]], [[1]], [[2]], [[0]], dt=0.1)
-        >>> lb.Plant.from_statespace(sys, R=[[1]]).dt
-        0.1
         """
         return cls(**statespace.read(sys, **options))
 

@@ -15,6 +15,12 @@ from ..plant import Plant, over_periods
 def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     r"""The time-varying discrete plant seen at uneven sampling instants.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1], [0, 0]], None, [[1, 0]], Q=[[0, 0], [0, 3]], R=[[1]])
+    >>> sampled = lb.sampling.discretise(plant, [1.0, 2.0])
+    >>> sampled.A[:2, 0, 1], sampled.Q[:2, 0, 0]
+    (array([1., 2.]), array([1., 8.]))
+
     With u held from each instant to the next, T_i seconds later,
 
     .. math:: A_i = e^{A T_i}, \quad B_i = \int_0^{T_i} e^{A t} B\,dt, \quad
@@ -54,14 +60,6 @@ def discretise(plant: Plant, periods: ArrayLike) -> Plant:
     ----------
     Van Loan (1978), "Computing integrals involving the matrix exponential", for Q;
     papers/hsia/derivation/noise.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0, 1], [0, 0]], None, [[1, 0]], Q=[[0, 0], [0, 3]], R=[[1]])
-    >>> sampled = lb.sampling.discretise(plant, [1.0, 2.0])
-    >>> sampled.A[:2, 0, 1], sampled.Q[:2, 0, 0]
-    (array([1., 2.]), array([1., 8.]))
     """
     expect(plant=plant)
     T = numbers("periods", periods)

@@ -36,6 +36,14 @@ def estimate(
 ) -> Any:
     """Run an observer on a record.
 
+    >>> import luenberger as lb
+    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
+    ...                        L=[[1]], dt=1.0)
+    >>> lb.estimate(observer, [[1], [1], [1]])
+    array([[1.],
+           [3.],
+           [4.]])
+
     Parameters
     ----------
     observer : Observer
@@ -71,16 +79,6 @@ def estimate(
     See Also
     --------
     Observer.live : the same, of readings that come one after the other.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> observer = lb.Observer([[0.5]], [[1]], [[2]], [[1]], [[1]], T=[[1]],
-    ...                        L=[[1]], dt=1.0)
-    >>> lb.estimate(observer, [[1], [1], [1]])
-    array([[1.],
-           [3.],
-           [4.]])
     """
     expect(observer=observer)
     require_real("estimate", observer)

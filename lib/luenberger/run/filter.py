@@ -75,6 +75,12 @@ class Filtered:
 class Filter:
     """The filter of least error variance of a noisy plant, over records.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> found = lb.Filter(plant).run([[2], [float("nan")], [2]])
+    >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
+    (array([1.    , 1.    , 1.3333]), array([0.7071, 0.7071, 0.5774]))
+
     Parameters
     ----------
     plant : Plant
@@ -88,14 +94,6 @@ class Filter:
     ------
     DesignError
         If the plant lacks Q or R, or accurate outputs are dependent.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
-    >>> found = lb.Filter(plant).run([[2], [float("nan")], [2]])
-    >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
-    (array([1.    , 1.    , 1.3333]), array([0.7071, 0.7071, 0.5774]))
     """
 
     plant: Plant
@@ -166,6 +164,12 @@ class Filter:
     def smooth(self, record: Any, lag: int | None = None) -> Any:
         """Estimate the states of a record from all of it; NaN means not measured.
 
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+        >>> found = lb.Filter(plant).smooth([[2], [float("nan")], [2]])
+        >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
+        (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
+
         Of all estimates that are linear in the record, these have the least
         covariance.  With accurate outputs they are the best ones that show exactly
         what these show at their own rows.  Without P0 nothing is known of the start;
@@ -200,14 +204,6 @@ class Filter:
         A. E. Bryson and M. Frazier, "Smoothing for linear and nonlinear dynamic
         systems", Wright-Patterson AFB, TDR-63-119 (1963);
         smoothing/derivation/adjoint.py.
-
-        Examples
-        --------
-        >>> import luenberger as lb
-        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
-        >>> found = lb.Filter(plant).smooth([[2], [float("nan")], [2]])
-        >>> found.x[:, 0].round(4), found.std[:, 0].round(4)
-        (array([1.3333, 1.3333, 1.3333]), array([0.5774, 0.5774, 0.5774]))
         """
         from .smoothed import over  # which needs a filter
 
@@ -219,6 +215,18 @@ class Filter:
 
     def live(self, horizon: int = 0, u0: Any = None) -> LiveFilter:
         """The filter at work, which gets readings as they come.
+
+        The reading of the first instant comes one instant late:
+
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+        >>> now = lb.Filter(plant).live(horizon=1)
+        >>> x, sigma = now.measure([float("nan")])
+        >>> now.advance()
+        >>> x, sigma = now.measure([2.0])
+        >>> x, sigma = now.arrived(0, age=1, value=2.0)
+        >>> x.round(4), sigma.round(4)
+        (array([1.3333]), array([0.5774]))
 
         Parameters
         ----------
@@ -235,20 +243,6 @@ class Filter:
         ------
         DesignError
             If the plant is continuous.
-
-        Examples
-        --------
-        The reading of the first instant comes one instant late:
-
-        >>> import luenberger as lb
-        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
-        >>> now = lb.Filter(plant).live(horizon=1)
-        >>> x, sigma = now.measure([float("nan")])
-        >>> now.advance()
-        >>> x, sigma = now.measure([2.0])
-        >>> x, sigma = now.arrived(0, age=1, value=2.0)
-        >>> x.round(4), sigma.round(4)
-        (array([1.3333]), array([0.5774]))
         """
         if self.plant.dt == 0:
             raise DesignError(
@@ -259,6 +253,14 @@ class Filter:
 
     def log_likelihood(self, record: Any) -> float:
         """The logarithm of the likelihood of a record; of many, of all together.
+
+        Two measurements of a number of variance 3, with noise of variance 1: they have
+        the covariance [[4, 3], [3, 4]], whose determinant is 7.
+
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
+        >>> round(lb.Filter(plant).log_likelihood([[0], [0]]), 4)
+        -2.8108
 
         It is the density of y, given u, of a plant with Gaussian noises and a Gaussian
         start: the product of the densities of the innovations.  With nu an innovation
@@ -288,16 +290,6 @@ class Filter:
         Inf. Theory 11 (1965) 61-70; de Jong, "The diffuse Kalman filter", Ann. Statist.
         19 (1991) 1073-1083; identification/derivation/likelihood.py;
         identification/derivation/unknown_start.py.
-
-        Examples
-        --------
-        Two measurements of a number of variance 3, with noise of variance 1: they have
-        the covariance [[4, 3], [3, 4]], whose determinant is 7.
-
-        >>> import luenberger as lb
-        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
-        >>> round(lb.Filter(plant).log_likelihood([[0], [0]]), 4)
-        -2.8108
         """
         record = Record.of(record)
         if record.many:
@@ -328,6 +320,12 @@ class Filter:
     def innovations(self, record: Any) -> Any:
         """What each reading adds to those before it, in units of its deviation.
 
+        >>> import luenberger as lb
+        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
+        >>> lb.Filter(plant).innovations([[2], [float("nan")]])
+        array([[ 1.],
+               [nan]])
+
         If the plant is right, with its Q and R, they are uncorrelated and of variance
         one: `whiteness` tests that.  Those of one instant come in the order of the
         outputs.
@@ -337,14 +335,6 @@ class Filter:
         (N, p) ndarray or pandas.DataFrame
             NaN where nothing was measured, where the readings before determine it, and
             where a start of which nothing is known leaves it open.
-
-        Examples
-        --------
-        >>> import luenberger as lb
-        >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[3]])
-        >>> lb.Filter(plant).innovations([[2], [float("nan")]])
-        array([[ 1.],
-               [nan]])
         """
         record = Record.of(record)
         found = likelihood.normalised(self.passed(record, "values"))

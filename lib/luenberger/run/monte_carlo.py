@@ -122,6 +122,13 @@ def monte_carlo(
 ) -> Ensemble:
     """Simulate many runs and gather the statistics of the estimation error.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
+    >>> found = lb.monte_carlo(plant, lb.kalman_filter(plant, steps=3), runs=200,
+    ...                        steps=3, seed=8)
+    >>> found.covariance.shape, found.nees.round(1), found.runs
+    ((4, 1, 1), array([0.9, 1.1, 1. , 0.9]), 200)
+
     Each run has a random stream that depends on `seed` and its number only, runs are
     computed in fixed blocks, and the sums of blocks are joined in a fixed tree.  So
     the result is bit for bit the same whatever the executor, the number of its
@@ -167,15 +174,6 @@ def monte_carlo(
     ----------
     Bar-Shalom, Li, Kirubarajan (2001), Estimation with Applications to Tracking and
     Navigation, section 5.4, on the normalised estimation error squared.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]], P0=[[1]])
-    >>> found = lb.monte_carlo(plant, lb.kalman_filter(plant, steps=3), runs=200,
-    ...                        steps=3, seed=8)
-    >>> found.covariance.shape, found.nees.round(1), found.runs
-    ((4, 1, 1), array([0.9, 1.1, 1. , 0.9]), 200)
     """
     expect(plant=plant, observer=observer)
     require_match(observer, plant)

@@ -66,6 +66,12 @@ class Rows(NamedTuple):
 class Record:
     """Measurements of one run, or of many, with inputs and times.
 
+    >>> import luenberger as lb
+    >>> nan = float("nan")
+    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
+    >>> lb.Filter(plant).run(lb.Record([[2], [nan], [2]])).std[:, 0].round(4)
+    array([0.7071, 0.7071, 0.5774])
+
     Row k is instant k + 1, the k-th sample after the initial condition.
 
     Parameters
@@ -93,14 +99,6 @@ class Record:
     ValueError
         When it is used with a plant: where sizes or names disagree, a value is
         infinite, or times contradict dt or do not grow.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> nan = float("nan")
-    >>> plant = lb.Plant([[1]], None, [[1]], dt=1.0, Q=[[0]], R=[[1]], P0=[[1]])
-    >>> lb.Filter(plant).run(lb.Record([[2], [nan], [2]])).std[:, 0].round(4)
-    array([0.7071, 0.7071, 0.5774])
     """
 
     y: Any

@@ -59,6 +59,13 @@ def simulate(
 ) -> Run:
     """Simulate plant and observer together, exactly.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0, 0], [0, 0]], R=[[1]], P0=[[1, 0], [0, 1]])
+    >>> observer = lb.kalman_filter(plant, steps=5)
+    >>> lb.simulate(plant, observer, 5, x0=[2, 1]).x[:, 0]
+    array([3., 4., 5., 6., 7.])
+
     Parameters
     ----------
     plant : Plant
@@ -88,15 +95,6 @@ def simulate(
     ------
     ValueError
         If sizes, times or sampling periods disagree.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
-    ...                  Q=[[0, 0], [0, 0]], R=[[1]], P0=[[1, 0], [0, 1]])
-    >>> observer = lb.kalman_filter(plant, steps=5)
-    >>> lb.simulate(plant, observer, 5, x0=[2, 1]).x[:, 0]
-    array([3., 4., 5., 6., 7.])
     """
     expect(plant=plant, observer=observer)
     require_match(observer, plant)

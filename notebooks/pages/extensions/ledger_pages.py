@@ -53,10 +53,10 @@ def link(label, text, docname):
     )
 
 
-def api_link(name, docname):
+def api_link(name, shown, docname):
     """A link to a public name."""
     target = {"reftype": "obj", "reftarget": name, "refdomain": "py"}
-    shown = nodes.literal("", name.removeprefix("luenberger."))
+    shown = nodes.literal("", shown)
     return addnodes.pending_xref("", shown, refdoc=docname, refwarn=True, **target)
 
 
@@ -132,7 +132,7 @@ class Ledger(SphinxDirective):
         rest = [one for one in entry.proofs if one not in entry.says]
         proofs = [[link(step_label(p.pointer), p.pointer, doc)] for p in rest]
         proofs += [[nodes.literal("", test)] for test in entry.tests]
-        shown = [api_link(entry.used, doc)], [notebook_link(entry, doc)]
+        shown = [api_link(entry.used, entry.used_by, doc)], [notebook_link(entry, doc)]
         row = self.row(
             [target(self.state.document, f"ledger-{slug(entry)}")]
             + lines([number], [nodes.Text(entry.source)]),

@@ -11,6 +11,7 @@ from fixed_order_plants import STABLE, made, noisy
 import luenberger as lb
 from luenberger.papers.haddad_bernstein import descent, design
 from luenberger.papers.haddad_bernstein import search as search_module
+from luenberger.papers.haddad_bernstein.design import fixed_order_search
 from luenberger.papers.haddad_bernstein.stein import Schur
 from luenberger.papers.haddad_bernstein.target import prediction, target
 
@@ -40,7 +41,7 @@ def test_one_state_of_simons_plant(feedthrough, F, PD, V, cost):
     """
     plant = made(**SIMON)
     options = dict(L=[[1, 0]], feedthrough=feedthrough)
-    found = lb.fixed_order_search(plant, 1, starts=8, **options)
+    found = fixed_order_search(plant, 1, starts=8, **options)
     o = found.best.observer
     assert found.best.cost == pytest.approx(cost, abs=1e-12)
     assert o.F[0, 0] == pytest.approx(F, abs=1e-7)
@@ -61,7 +62,7 @@ def test_one_state_of_simons_plant(feedthrough, F, PD, V, cost):
 def test_de_konings_plant(order, feedthrough, cost, F):
     """De Koning 1992, A scaled by 3/4 to be stable; optima by brute force."""
     options = dict(feedthrough=feedthrough, starts=8)
-    found = lb.fixed_order_search(made(**DE_KONING), order, **options)
+    found = fixed_order_search(made(**DE_KONING), order, **options)
     assert found.best.cost == pytest.approx(cost, abs=1e-12)
     if F is not None:
         assert found.best.observer.F[0, 0] == pytest.approx(F, abs=1e-7)
@@ -73,7 +74,7 @@ def test_scalar_plant_with_multiplicative_noise_in_closed_form():
     plant = made([[0.5]], [[1]], Q=[[1]], R=[[0.5]], multiplicative=pairs)
     P = (39 + np.sqrt(30705)) / 176
     K = (np.sqrt(30705) - 153) / 76
-    ahead = lb.fixed_order_search(plant, 1, feedthrough=False).best
+    ahead = fixed_order_search(plant, 1, feedthrough=False).best
     assert ahead.cost == pytest.approx(P, rel=1e-13)
     assert ahead.observer.D[0, 0] == pytest.approx(K, rel=1e-12)
     now = lb.fixed_order_filter(plant, 1)
@@ -93,7 +94,7 @@ def test_model_reduction_of_zigic_and_others(a):
     back = np.linalg.inv(eye - A / a)
     Ad, Bd = back @ (eye + A / a), np.sqrt(2 / a) * back @ B
     plant = made(Ad, np.zeros((1, 2)), Q=Bd @ Bd.T, R=[[1]], S=Bd)
-    found = lb.fixed_order_search(plant, 1, L=B.T, feedthrough=False)
+    found = fixed_order_search(plant, 1, L=B.T, feedthrough=False)
     o = found.best.observer
     F = o.F[0, 0]
     assert found.best.cost == pytest.approx(9.26679949733, rel=1e-9)
@@ -122,7 +123,7 @@ def test_model_reduction_of_zigic_and_others(a):
 def test_order_n_is_the_kalman_filter(changes, feedthrough):
     plant = generators.plant(np.random.default_rng(1), 5, 2)
     plant = replace(plant, **changes)
-    found = lb.fixed_order_search(plant, 5, feedthrough=feedthrough).best
+    found = fixed_order_search(plant, 5, feedthrough=feedthrough).best
     o, kalman = found.observer, lb.kalman_filter(plant)
     assert lb.certify(o, plant).worst < 1e-12  # exact for known inputs too
     wanted = lb.error_covariance(kalman, plant)
@@ -145,7 +146,7 @@ def test_order_n_is_the_kalman_filter(changes, feedthrough):
 def test_order_n_with_multiplicative_noise_solves_corollary_31(noises, feedthrough):
     """(3.21)-(3.27), coded here as printed."""
     plant = noisy(noises, 4, 2, noises=noises)
-    found = lb.fixed_order_search(plant, 4, feedthrough=feedthrough).best
+    found = fixed_order_search(plant, 4, feedthrough=feedthrough).best
     o, (A, C), (V1, V2, V12) = (
         found.observer,
         (plant.A, plant.C),
@@ -225,8 +226,8 @@ def equivalent_reach(observer, plant):
 @pytest.mark.parametrize("feedthrough", [True, False])
 def test_excess_is_the_difference_to_the_kalman_filter(feedthrough):
     plant = noisy(6, 5, 2)
-    found = lb.fixed_order_search(plant, 2, feedthrough=feedthrough, starts=8)
-    full = lb.fixed_order_search(plant, 5, feedthrough=feedthrough)
+    found = fixed_order_search(plant, 2, feedthrough=feedthrough, starts=8)
+    full = fixed_order_search(plant, 5, feedthrough=feedthrough)
     assert found.least_cost == full.best.cost == full.least_cost
     for one in found.minima:
         assert one.excess > 0
@@ -236,7 +237,7 @@ def test_excess_is_the_difference_to_the_kalman_filter(feedthrough):
 
 def test_search_lists_the_minima_and_their_starts():
     plant = made(np.diag([0.9, -0.8]), [[1, 1]], Q=np.eye(2), R=[[1]])
-    found = lb.fixed_order_search(plant, 1, L=[[1, 1]], starts=10, seed=3)
+    found = fixed_order_search(plant, 1, L=[[1, 1]], starts=10, seed=3)
     assert [round(one.excess, 4) for one in found.minima] == [0.049, 0.0909]
     assert found.best is found.minima[0] and found.enough == 2
     names = [name for one in found.minima for name in one.starts]
@@ -251,7 +252,7 @@ def test_a_saddle_is_left():
     """The weaker of two unconnected states alone is stationary, but no minimum."""
     A, Q = np.diag([0.9, 0.5]), np.diag([1, 2])
     plant = made(A, np.eye(2), Q=Q, R=np.eye(2))
-    found = lb.fixed_order_search(plant, 1, feedthrough=False)
+    found = fixed_order_search(plant, 1, feedthrough=False)
     assert len(found.minima) == 1 and "directions 2" in found.best.starts
 
 
@@ -259,10 +260,10 @@ def test_minima_that_form_a_continuum_are_one():
     """Two copies of a plant: any mixture of their best estimates is as good."""
     twice = np.eye(2)
     parts = {k: np.kron(twice, v) for k, v in DE_KONING.items()}
-    found = lb.fixed_order_search(made(**parts), 1, starts=12)
-    alone = lb.fixed_order_search(made(**DE_KONING), 1, starts=4)
+    found = fixed_order_search(made(**parts), 1, starts=12)
+    alone = fixed_order_search(made(**DE_KONING), 1, starts=4)
     assert len(found.minima) == 1 and len(found.best.starts) == 12
-    static = lb.fixed_order_search(made(**DE_KONING), 2)
+    static = fixed_order_search(made(**DE_KONING), 2)
     assert found.best.excess > alone.best.excess > static.best.excess == 0
 
 
@@ -277,13 +278,13 @@ def test_order_that_is_enough_loses_nothing():
     A, C, Q, R, S = parts.values()
     plant = made(turn @ A @ turn.T, C @ turn.T, Q=turn @ Q @ turn.T, R=R, S=turn @ S)
     L = turn.T[:1]
-    full = lb.fixed_order_search(plant, 7, L=L)
-    found = lb.fixed_order_search(plant, 4, L=L)
+    full = fixed_order_search(plant, 7, L=L)
+    found = fixed_order_search(plant, 4, L=L)
     assert found.enough == 4 and found.best.excess == 0
     assert found.best.optimality.worst < 1e-10 and full.best.optimality.worst < 1e-10
     assert found.best.optimality.cost == pytest.approx(full.best.cost, rel=1e-12)
     assert np.abs((found.best.observer.T @ turn)[:, 4:]).max() < 1e-10
-    three = lb.fixed_order_search(plant, 3, L=L, starts=4).best
+    three = fixed_order_search(plant, 3, L=L, starts=4).best
     assert three.excess > 0
     with pytest.raises(lb.DesignError, match="needs only 4 states.*Order 4 loses"):
         lb.fixed_order_filter(plant, 5, L=L)
@@ -323,7 +324,7 @@ def test_units_play_no_part(size):
 def test_strength_of_all_noise_plays_no_part(size):
     plant = replace(noisy(8, 4, 2), multiplicative=())
     scaled = replace(plant, Q=size * plant.Q, R=size * plant.R, S=size * plant.S)
-    one, two = (lb.fixed_order_search(p, 2, starts=6) for p in (plant, scaled))
+    one, two = (fixed_order_search(p, 2, starts=6) for p in (plant, scaled))
     assert len(two.minima) == len(one.minima) and not two.failed
     assert two.best.cost == pytest.approx(size * one.best.cost, rel=1e-10)
     assert two.best.optimality.worst < 1e-12
@@ -333,8 +334,8 @@ def test_strength_of_all_noise_plays_no_part(size):
 def test_a_weight_may_have_any_units():
     plant, units = noisy(4, 3, 1), np.array([1, 1e-9, 1e9])
     weight = np.array([[2, 1, 0], [1, 2, 1], [0, 1, 2]]) * np.outer(units, units)
-    one = lb.fixed_order_search(plant, 1, weight=weight, starts=4).best
-    two = lb.fixed_order_search(
+    one = fixed_order_search(plant, 1, weight=weight, starts=4).best
+    two = fixed_order_search(
         plant, 1, L=np.diag(units), weight=weight / np.outer(units, units), starts=4
     ).best
     assert one.cost == pytest.approx(two.cost, rel=1e-12)
@@ -346,7 +347,7 @@ def test_measurements_without_noise(feedthrough):
     """R = 0 is a limit that exists as long as every output brings something new."""
     plant = replace(generators.plant(np.random.default_rng(2), 5, 2), S=None)
     least, near = (
-        lb.fixed_order_search(
+        fixed_order_search(
             replace(plant, R=size * plant.R), 2, feedthrough=feedthrough, starts=6
         )
         for size in (0, 1e-12)
@@ -406,7 +407,7 @@ def test_order_n_is_not_refused_where_less_would_be():
     nothing = {"A": [[0.95, 0.1], [0, -0.4]], "Q": np.zeros((2, 2))}
     for changes in (TWICE, nothing, {"C": [[0, 0]]}):
         plant = made(**(STABLE | changes))
-        found = lb.fixed_order_search(plant, 2).best
+        found = fixed_order_search(plant, 2).best
         assert found.optimality.worst < 1e-12
         assert lb.certify(found.observer, plant).worst < 1e-12
 
@@ -417,7 +418,7 @@ def test_a_filter_that_misses_a_condition_is_refused(monkeypatch):
 
     monkeypatch.setattr(design, "optimality", spoilt)
     plant = made(**SIMON)
-    assert lb.fixed_order_search(plant, 1, starts=2).best.optimality.worst == 1e-7
+    assert fixed_order_search(plant, 1, starts=2).best.optimality.worst == 1e-7
     with pytest.raises(lb.CertificateError, match=r"\(3\.14\) is missed by 1.0e-07"):
         lb.fixed_order_filter(plant, 1, starts=2)
 
@@ -533,7 +534,7 @@ def test_a_better_start_among_bad_ones_is_enough(monkeypatch):
     found = search_module.directions(sought)
     fussy.first = next(search_module.starts(sought, found, 1, 24, 0))[1][0, 0]
     monkeypatch.setattr(search_module, "descend", fussy)
-    search = lb.fixed_order_search(plant, 1)
+    search = fixed_order_search(plant, 1)
     assert len(search.failed) == 23 and search.best.starts == ("directions 1",)
     assert search.failed[0] == ("directions 2", "of a bad mood")
     fussy.first = np.inf

@@ -8,6 +8,7 @@ import pytest
 import raw_fixed_order as plain
 
 import luenberger as lb
+from luenberger.papers.haddad_bernstein.design import fixed_order_search
 
 
 @pytest.mark.parametrize("seed", [0, 1, 11, 35])
@@ -30,7 +31,7 @@ def test_never_above_random_descents_on_the_raw_parameters(seed):
     plant, order, L, feedthrough = plain.random_problem(seed)
     raw = plain.Raw(plant, order, L, feedthrough)
     options = dict(feedthrough=feedthrough, starts=12)
-    found = lb.fixed_order_search(plant, order, L=L, **options)
+    found = fixed_order_search(plant, order, L=L, **options)
     cost = raw.of(*plain.parameters(found.best.observer))
     assert cost == pytest.approx(found.best.cost, rel=1e-10)
     assert cost <= plain.baseline(raw, runs=6) * (1 + 1e-7)
@@ -46,7 +47,7 @@ def test_never_above_leondes_and_novak(seed, horizon):
     plant = generators.plant(np.random.default_rng(seed), 5, 3, m=0)
     for m1 in (1, 2, 3):
         theirs = lb.reduced_order_filter(plant, m1, horizon=horizon)
-        ours = lb.fixed_order_search(plant, 5 - m1, starts=3).best
+        ours = fixed_order_search(plant, 5 - m1, starts=3).best
         assert ours.cost <= lb.error_covariance(theirs, plant).trace() * (1 + 1e-12)
 
 
@@ -55,7 +56,7 @@ def test_cost_falls_with_the_order(seed, feedthrough):
     plant, *_ = plain.random_problem(seed)
     options = dict(feedthrough=feedthrough, starts=4)
     costs = [
-        lb.fixed_order_search(plant, order, **options).best.cost
+        fixed_order_search(plant, order, **options).best.cost
         for order in range(1, plant.n + 1)
     ]
     assert (np.diff(costs) < 0).all()
@@ -96,7 +97,7 @@ def test_scaling_the_weight_scales_the_cost(seed):
     weight = root @ root.T + np.eye(5)
     half = np.linalg.cholesky(weight).T
     one, more, turned = (
-        lb.fixed_order_search(plant, 2, starts=4, **options).best
+        fixed_order_search(plant, 2, starts=4, **options).best
         for options in (dict(weight=weight), dict(weight=1e3 * weight), dict(L=half))
     )
     assert more.cost == pytest.approx(1e3 * one.cost, rel=1e-10)
@@ -111,10 +112,10 @@ def test_less_noise_costs_less(seed):
     """An estimator of the noisier plant serves the quieter one at least as well."""
     plant, order, L, feedthrough = plain.random_problem(3 * seed + 2)
     options = dict(L=L, feedthrough=feedthrough, starts=4)
-    loud = lb.fixed_order_search(plant, order, **options).best
+    loud = fixed_order_search(plant, order, **options).best
     quiet = [(0.5 * A1, 0.5 * C1) for A1, C1 in plant.multiplicative]
-    soft = lb.fixed_order_search(replace(plant, multiplicative=quiet), order, **options)
-    none = lb.fixed_order_search(replace(plant, multiplicative=()), order, **options)
+    soft = fixed_order_search(replace(plant, multiplicative=quiet), order, **options)
+    none = fixed_order_search(replace(plant, multiplicative=()), order, **options)
     assert none.best.cost < soft.best.cost < loud.cost
 
 
@@ -122,5 +123,5 @@ def test_a_hundred_states_take_a_moment():
     """No Kronecker product is formed: that of plant and filter would take 1 GB."""
     rng = np.random.default_rng(0)
     plant = plain.random_plant(rng, plain.dense(rng, 100), 2, 0, 100)
-    found = lb.fixed_order_search(plant, 5, starts=3)
+    found = fixed_order_search(plant, 5, starts=3)
     assert found.best.optimality.worst < 1e-8

@@ -10,6 +10,7 @@ import scipy.linalg
 
 import luenberger as lb
 from luenberger.analysis.error_covariance import mean_error
+from luenberger.papers.haddad_bernstein.design import fixed_order_search
 
 PLANT = generators.plant(np.random.default_rng(5), 3, 2, m=2, radius=0.8)
 LAG = lb.Plant(
@@ -28,7 +29,7 @@ def cost(observer, U, plant=PLANT):
 def test_no_gain_near_it_is_better(U, feedthrough):
     """Every entry of F, G, D, P and, where they are free, V, W moved both ways."""
     given, told = dict(feedthrough=feedthrough), PLANT.with_input(U)
-    found = lb.fixed_order_search(told, 1, starts=4, **given).best
+    found = fixed_order_search(told, 1, starts=4, **given).best
     least = cost(found.observer, U)
     assert found.cost == pytest.approx(least, rel=1e-10)
     assert found.optimality.worst < 1e-8
@@ -46,7 +47,7 @@ def test_no_gain_near_it_is_better(U, feedthrough):
                 worse = cost(other, U)
                 assert worse > least * (1 - 1e-12)
                 assert level or worse < least * (1 + 1e-3)
-    plain = lb.fixed_order_search(PLANT, 1, starts=4, feedthrough=feedthrough).best
+    plain = fixed_order_search(PLANT, 1, starts=4, feedthrough=feedthrough).best
     assert cost(plain.observer, U) > 1.01 * least
 
 

@@ -15,6 +15,8 @@ import luenberger as lb
 from luenberger.papers.kawazoe.derivation import deadbeat
 from luenberger.papers.kawazoe.derivation import form as canonical
 from luenberger.papers.kawazoe.derivation.deadbeat import Pi
+from luenberger.papers.kawazoe.form import observability_form
+from luenberger.papers.kawazoe.reconstruction import reconstruct_state
 
 PATTERNS = [*canonical.PATTERNS, (1,), (3,), (1, 2), (4, 1), (1, 3, 2)]
 METHODS = ("staircase", "canonical")
@@ -72,7 +74,7 @@ def random_plant(seed, n, p, singular=False):
 def test_exact_after_p_M_samples(n, p, singular, method):
     plant = random_plant(10 * n + p, n, p, singular)
     observer = lb.deadbeat_observer(plant, method=method)
-    samples = lb.observability_form(plant).samples
+    samples = observability_form(plant).samples
     assert observer.order == n - p and samples == -(-n // p)
     certificate = lb.certify(observer, plant)
     assert certificate.worst < 1e-14 and (certificate.poles == 0).all()
@@ -86,7 +88,7 @@ def test_the_estimate_is_the_reconstructed_state():
     x, y, u = record(plant, 12)
     observer = lb.deadbeat_observer(plant)
     estimate = lb.estimate(observer, lb.Record(y, u), z0=np.ones(4))
-    state = lb.reconstruct_state(plant, y, u, at="end")
+    state = reconstruct_state(plant, y, u, at="end")
     assert np.allclose(estimate[2:], state, rtol=0, atol=1e-9)
 
 
@@ -105,8 +107,8 @@ def test_published_ogata():
             assert o.order == 1 and o.F == 0
             found = [o.V[1, 0], (o.P @ o.D)[1, 0], (o.P @ o.G)[1, 0]]
             assert np.allclose(found, [5, -5, 0.1], rtol=0, atol=1e-12)
-    form = lb.observability_form(exact)
-    x = lb.reconstruct_state(
+    form = observability_form(exact)
+    x = reconstruct_state(
         exact, [[Fraction(3)], [Fraction(4)]], [[Fraction(2)], [Fraction(0)]], at="end"
     )
     assert x[0, 1] == 5 * 4 - 5 * 3 + Fraction(1, 10) * 2
@@ -260,7 +262,7 @@ def network():
 
 def test_staircase_keeps_the_digits_that_the_canonical_form_loses():
     plant = network()
-    form = lb.observability_form(plant)
+    form = observability_form(plant)
     assert form.cond > 1e16
     modes = [np.sort_complex(np.linalg.eigvals(X)) for X in (form.Phi, plant.A)]
     assert np.abs(modes[0] - modes[1]).max() > 0.1

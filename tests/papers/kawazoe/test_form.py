@@ -15,6 +15,8 @@ from luenberger.papers.kawazoe.derivation import errata
 from luenberger.papers.kawazoe.derivation import form as canonical
 from luenberger.papers.kawazoe.derivation.form import C_1, C_2
 from luenberger.papers.kawazoe.derivation.form import A as A_
+from luenberger.papers.kawazoe.form import observability_form
+from luenberger.papers.kawazoe.reconstruction import reconstruct_state
 
 PATTERNS = [*canonical.PATTERNS, (1,), (3,), (1, 2), (4, 1), (1, 3, 2)]
 EPS = np.finfo(float).eps
@@ -25,7 +27,7 @@ def test_the_order_of_the_search_matters():
     values = canonical.PLANT
     A = values[A_].subs(dict(zip(sp.symbols("a_1:4"), (2, 3, 4))))
     C = values[C_1].col_join(values[C_2])
-    form = lb.observability_form(lb.Plant(A.tolist(), None, C.tolist(), dt=1.0))
+    form = observability_form(lb.Plant(A.tolist(), None, C.tolist(), dt=1.0))
     assert form.indices == (1, 2) and form.samples == 2
 
 
@@ -82,7 +84,7 @@ def exact_plant(indices, seed=0, inputs=2):
 @pytest.mark.parametrize("indices", PATTERNS, ids=str)
 def test_exact_form(indices):
     plant, P, Phi = exact_plant(indices)
-    form = lb.observability_form(plant)
+    form = observability_form(plant)
     assert form.indices == indices and form.exact
     assert (form.P == P).all() and (form.Phi == Phi).all()
     assert (form.H @ form.P == plant.exact["C"]).all()
@@ -100,7 +102,7 @@ def test_structural_zeros(indices):
     symbols = canonical.Pattern(indices).Phi
     plant, _, _ = exact_plant(indices, seed=4)
     floats = lb.Plant(plant.A, plant.B, plant.C, plant.E, dt=1.0)
-    form = lb.observability_form(floats)
+    form = observability_form(floats)
     zero = np.array(symbols.tolist()) == 0
     assert form.indices == indices
     bound = 1e3 * form.cond * EPS * np.abs(form.Phi).max()
@@ -110,7 +112,7 @@ def test_structural_zeros(indices):
 
 def test_sympy_rationals_are_exact():
     half = sp.Rational(1, 2)
-    form = lb.observability_form(
+    form = observability_form(
         lb.Plant([[half, 1], [0, sp.Rational(1, 3)]], None, [[sp.Integer(1), 0]])
     )
     assert form.Phi.tolist() == [[0, 1], [Fraction(-1, 6), Fraction(5, 6)]]
@@ -135,7 +137,7 @@ def test_published_observable_form_of_python_control():
         C_true @ T,
         [[42]],
     )
-    form = lb.observability_form(plant)
+    form = observability_form(plant)
     expected = np.eye(4, k=1)
     expected[3] = [-1, -2, -3, -4]
     assert np.allclose(form.Phi, expected, rtol=0, atol=1e-6)
@@ -148,7 +150,7 @@ def test_published_observable_form_of_python_control():
 def test_published_stairs_of_slicot():
     """SLICOT AB01OD, dual: stairs 2, 2, 1, so the indices are 3 and 2."""
     A, C = AB01OD
-    form = lb.observability_form(lb.Plant(A, None, C, dt=1.0))
+    form = observability_form(lb.Plant(A, None, C, dt=1.0))
     assert form.indices == (3, 2) and form.exact
     exact = lb.Plant(A, None, C).exact["A"]
     assert (form.P @ exact == form.Phi @ form.P).all()
@@ -159,7 +161,7 @@ def test_published_decomposition_of_harold():
     plant = lb.Plant([[2, 1, 1], [5, 3, 6], [-5, -1, -4]], [[1], [0], [0]], [[1, 0, 0]])
     for given_ in (plant, lb.Plant(plant.A, plant.B, plant.C)):
         with pytest.raises(lb.DesignError, match="only 2 of the 3.*mode.* -3 do"):
-            lb.observability_form(given_)
+            observability_form(given_)
 
 
 def test_largest_is_better_conditioned():
@@ -167,19 +169,19 @@ def test_largest_is_better_conditioned():
     tiny = 1e-5
     A = np.array([[0.5, 1, 0], [0, 0.4, 1], [0, 0, 0.3]])
     C = np.array([[0, 1, tiny], [1, 0, 0]])
-    plain = lb.observability_form(lb.Plant(A, None, C, dt=1.0))
-    largest = lb.observability_form(lb.Plant(A, None, C, dt=1.0), selection="largest")
+    plain = observability_form(lb.Plant(A, None, C, dt=1.0))
+    largest = observability_form(lb.Plant(A, None, C, dt=1.0), selection="largest")
     assert sorted(plain.indices) == sorted(largest.indices) == [1, 2]
     assert largest.cond <= plain.cond
     C = np.array([[1, 0, 0], [0, 1, 0]])
     A = np.array([[0, 0, tiny], [0.2, 0, 1], [0.5, 0.1, 0]])
     plant = lb.Plant(A, None, C, dt=1.0)
-    plain = lb.observability_form(plant)
-    largest = lb.observability_form(plant, selection="largest")
+    plain = observability_form(plant)
+    largest = observability_form(plant, selection="largest")
     assert plain.indices == (2, 1) and largest.indices == (1, 2)
     assert plain.cond > 1e4 * largest.cond and largest.margin > 0.1
     twice = lb.Plant(A, None, [[1e9, 0, 0], [0, 1, 0]], dt=1.0)  # units of y1
-    assert lb.observability_form(twice, selection="largest").indices == (1, 2)
+    assert observability_form(twice, selection="largest").indices == (1, 2)
 
 
 def test_largest_of_an_exact_plant_is_exact():
@@ -193,7 +195,7 @@ def test_largest_of_an_exact_plant_is_exact():
         [[1, 0, 0], [0, 1, 0]],
         dt=1.0,
     )
-    form = lb.observability_form(plant, selection="largest")
+    form = observability_form(plant, selection="largest")
     assert form.indices == (1, 2) and form.exact
     assert (form.P @ plant.exact["A"] == form.Phi @ form.P).all()
 
@@ -217,11 +219,11 @@ def record(plant, N, seed=1):
 def test_exact_states(indices):
     plant, _, _ = exact_plant(indices, seed=2)
     x, y, u = record(plant, max(indices) + 3)
-    start = lb.reconstruct_state(plant, y, u)
+    start = reconstruct_state(plant, y, u)
     assert start.dtype == object and (start == x[:4]).all() and len(start) == 4
-    end = lb.reconstruct_state(plant, y, u, at="end")
+    end = reconstruct_state(plant, y, u, at="end")
     assert (end == x[max(indices) - 1 :]).all()
-    floats = lb.reconstruct_state(plant, y.astype(float), u.astype(float))
+    floats = reconstruct_state(plant, y.astype(float), u.astype(float))
     assert floats.dtype == float
 
 
@@ -244,13 +246,13 @@ def random_plant(seed, n, p, m=1, singular=False):
 @pytest.mark.parametrize("n, p", [(1, 1), (4, 1), (6, 2), (7, 3), (9, 4), (5, 5)])
 def test_states_from_every_window(n, p, singular, selection):
     plant = random_plant(n + p, n, p, singular=singular and n > 1)
-    form = lb.observability_form(plant, selection=selection)
+    form = observability_form(plant, selection=selection)
     x, y, u = record(plant, 25)
-    found = lb.reconstruct_state(plant, y, u, selection=selection)
+    found = reconstruct_state(plant, y, u, selection=selection)
     assert found.shape == (25 - form.samples + 1, n)
     scale = 100 * form.cond * EPS * np.abs(x).max()
     assert np.abs(found - x[: len(found)]).max() < scale
-    end = lb.reconstruct_state(plant, y, u, at="end", selection=selection)
+    end = reconstruct_state(plant, y, u, at="end", selection=selection)
     assert np.abs(end - x[form.samples - 1 :]).max() < scale
 
 
@@ -259,21 +261,21 @@ def test_redundant_outputs_are_accepted_in_a_record():
         [[1, 0.5], [0, 1]], [[0.1], [1]], [[1, 0], [2, 0]], [[1], [0]], dt=1.0
     )
     x, y, u = record(plant, 6)
-    assert np.allclose(lb.reconstruct_state(plant, y, u), x[:5])
+    assert np.allclose(reconstruct_state(plant, y, u), x[:5])
 
 
 @pytest.mark.parametrize(
     "call, error, message",
     [
         (
-            lambda: lb.observability_form(
+            lambda: observability_form(
                 lb.Plant(np.eye(2), None, [[1, 0], [2, 0]], output_names=["a", "b"])
             ),
             lb.DesignError,
             r"not observable: only 1 of the 2.*modes 1 do not reach",
         ),
         (
-            lambda: lb.observability_form(
+            lambda: observability_form(
                 lb.Plant(
                     [[1, 1], [0, 1]], None, [[1, 0], [2, 0]], output_names=["a", "b"]
                 )
@@ -282,51 +284,49 @@ def test_redundant_outputs_are_accepted_in_a_record():
             r"outputs \['b'\] are linear combinations.*Leave them out",
         ),
         (
-            lambda: lb.observability_form(
+            lambda: observability_form(
                 lb.Plant(np.stack([np.eye(2)] * 3), None, np.eye(2), dt=1.0)
             ),
             lb.DesignError,
             "time-varying plant has no observability form",
         ),
         (
-            lambda: lb.observability_form(
-                lb.Plant([[1]], None, [[1]]), selection="first"
-            ),
+            lambda: observability_form(lb.Plant([[1]], None, [[1]]), selection="first"),
             ValueError,
             "selection must be 'interleaved' or 'largest', got 'first'",
         ),
         (
-            lambda: lb.reconstruct_state(lb.Plant([[1]], None, [[1]]), [1, 2]),
+            lambda: reconstruct_state(lb.Plant([[1]], None, [[1]]), [1, 2]),
             lb.DesignError,
             "continuous.*plant.sampled\\(0.1\\) makes the discrete",
         ),
         (
-            lambda: lb.reconstruct_state(PAIR, [[1]]),
+            lambda: reconstruct_state(PAIR, [[1]]),
             ValueError,
             r"needs 2 consecutive samples \(.*index\), y has 1",
         ),
         (
-            lambda: lb.reconstruct_state(PAIR, [1, np.nan, 2]),
+            lambda: reconstruct_state(PAIR, [1, np.nan, 2]),
             ValueError,
             r"y has entries that are not finite: y\[1, 0\]",
         ),
         (
-            lambda: lb.reconstruct_state(PAIR, [[1, 2]]),
+            lambda: reconstruct_state(PAIR, [[1, 2]]),
             ValueError,
             r"y must be \(N, 1\), got \(1, 2\)",
         ),
         (
-            lambda: lb.reconstruct_state(PAIR, [1, 2, 3], [1, 2]),
+            lambda: reconstruct_state(PAIR, [1, 2, 3], [1, 2]),
             ValueError,
             "y has 3 rows but u has 2",
         ),
         (
-            lambda: lb.reconstruct_state(PAIR, [1, 2, 3], at="middle"),
+            lambda: reconstruct_state(PAIR, [1, 2, 3], at="middle"),
             ValueError,
             "at must be 'start' or 'end'",
         ),
         (
-            lambda: lb.reconstruct_state(
+            lambda: reconstruct_state(
                 lb.Plant([[0, 1], [0, 0]], None, [[0, 1]], dt=1.0), [1, 0, 0]
             ),
             lb.DesignError,
@@ -346,7 +346,7 @@ def test_lost_digits_are_announced():
     modes = np.diag(np.arange(1, 17) / 16)
     plant = lb.Plant(modes, None, np.ones((1, 16)), dt=1.0)
     with pytest.warns(RuntimeWarning, match=r"cond\(P\) = .*digits of the state"):
-        lb.reconstruct_state(plant, np.zeros(16))
+        reconstruct_state(plant, np.zeros(16))
 
 
 @bounded(25)
@@ -369,11 +369,11 @@ def test_units_decide_nothing(case):
         dt=1.0,
     )
     for selection in ("interleaved", "largest"):
-        first = lb.observability_form(plain, selection=selection)
-        form = lb.observability_form(plant, selection=selection)
+        first = observability_form(plain, selection=selection)
+        form = observability_form(plant, selection=selection)
         assert form.samples == first.samples == -(-n // p)
         x, y, u = record(plain, 12)
-        found = lb.reconstruct_state(plant, y / s, u, selection=selection) * d
+        found = reconstruct_state(plant, y / s, u, selection=selection) * d
         # what y holds beside the state, E u above all, is rounded too
         beside = np.linalg.norm(np.linalg.inv(first.P)) * np.abs(y).max()
         bound = 1e3 * EPS * (first.cond * np.abs(x).max() + beside)
@@ -395,7 +395,7 @@ def test_a_form_or_a_refusal(n, p, seed, small):
     plant = lb.Plant(A, None, C, dt=1.0)
     for selection in ("interleaved", "largest"):
         try:
-            form = lb.observability_form(plant, selection=selection)
+            form = observability_form(plant, selection=selection)
         except lb.DesignError:
             continue
         assert sum(form.indices) == n and min(form.indices) >= 1

@@ -9,7 +9,8 @@ import luenberger as lb
 from luenberger.papers.kawazoe import deadbeat as design
 from luenberger.papers.kawazoe import form as running
 from luenberger.papers.kawazoe.derivation import deadbeat, form, reconstruction
-from luenberger.papers.kawazoe.reconstruction import known_part
+from luenberger.papers.kawazoe.form import observability_form
+from luenberger.papers.kawazoe.reconstruction import known_part, reconstruct_state
 
 PATTERNS = [*form.PATTERNS, (1, 2), (4, 1), (1, 3, 2)]
 UNUSED = sp.Symbol("unused")
@@ -113,7 +114,7 @@ def test_a_form_is_what_the_page_says(seed):
         rng.normal(size=(2, 3)),
         dt=1.0,
     )
-    found = lb.observability_form(plant)
+    found = observability_form(plant)
     x, u = rng.normal(size=(5, 1)), rng.normal(size=(4, 3))
     states = [x]
     for now in u:
@@ -143,5 +144,5 @@ def test_a_form_is_what_the_page_says(seed):
     y = np.hstack(states[:4]).T @ plant.C.T + u @ plant.E.T
     k = found.samples - 1
     for at, wanted in (("start", states), ("end", states[k:])):
-        state = lb.reconstruct_state(plant, y, u, at=at)
+        state = reconstruct_state(plant, y, u, at=at)
         np.testing.assert_allclose(state, np.hstack(wanted[: 4 - k]).T, atol=1e-9)

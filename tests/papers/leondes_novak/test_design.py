@@ -272,7 +272,7 @@ def test_multiply_adds_by_hand():
     P, V = [[0, 0], [1, 0], [0, 1]], [[1], [4], [0]]
     observer = lb.Observer(F, G, D, P, V, T=np.ones((2, 3)), L=np.eye(3))
     # z+: 2 + 1 + 2; w^: rows "y", "z1 + 4 y", "z2": the copies are free
-    assert lb.multiply_adds(observer) == 5 + 2
+    assert lb.export.multiply_adds(observer) == 5 + 2
 
 
 @pytest.mark.parametrize("field", ["F", "G", "D", "P", "V", "T", "W"])

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from pairs import conjugates, hidden_chains, with_stairs
 
 import luenberger as lb
+from luenberger.numeric.staircase_form import staircase
 
 quick = bounded(70)
 methods = st.sampled_from(["minimum-norm", "back-substitution"])
@@ -116,7 +117,7 @@ def test_nearly_unobservable_pairs(sizes, seed, exponent, kind, method):
     rng = np.random.default_rng(seed)
     n, top = sum(sizes), sizes[0]
     A, C = with_stairs(tuple(sizes), rng)
-    form = lb.staircase(A, C)
+    form = staircase(A, C)
     weak = np.array(form.A)
     weak[top : top + sizes[1], :top] *= 10.0**exponent
     A = form.U @ (weak / np.linalg.norm(weak, 2)) @ form.U.T
@@ -140,7 +141,7 @@ def test_form_of_any_pair_with_small_integers(n, p, seed, complex_):
     seen = np.vstack([C @ np.linalg.matrix_power(A, k) for k in range(n)])
     rank = np.linalg.matrix_rank(seen)
     try:
-        form = lb.staircase(A, C)
+        form = staircase(A, C)
     except lb.DesignError:
         assert rank < n
         return

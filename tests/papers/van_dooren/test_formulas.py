@@ -7,7 +7,7 @@ from on_the_page import broken_relations
 from pairs import hidden_chains, with_stairs
 
 import luenberger as lb
-from luenberger.numeric.staircase_form import Staircase
+from luenberger.numeric.staircase_form import Staircase, staircase
 from luenberger.papers.van_dooren import design, rows_of_T
 from luenberger.papers.van_dooren.derivation import counts, pairs, theorem
 from luenberger.papers.van_dooren.derivation.rows import Pattern
@@ -221,7 +221,7 @@ def test_count_of_pairs_as_run():
     """(34), remark 2(a): in real operations twice the rows of (22), half of (34)."""
     n, r = 120, 2
     A, C, _ = hidden_chains(n, r)
-    form = lb.staircase(A, C)
+    form = staircase(A, C)
     found = []
     for poles in (np.full(n - r, -1.0 + 0j), np.tile([-1 + 1j, -1 - 1j], (n - r) // 2)):
         rows = design.solve_rows(form, poles, poles.imag > 0, rows_of_T.minimum_norm)

@@ -8,6 +8,7 @@ from pairs import characteristic, conjugates, hidden_chains, with_stairs
 
 import luenberger as lb
 from luenberger.numeric import staircase_climb, staircase_form
+from luenberger.numeric.staircase_form import staircase
 from luenberger.papers.van_dooren import design as design
 from luenberger.papers.van_dooren import rows_of_T
 from luenberger.papers.van_dooren.derivation import counts, errata
@@ -32,7 +33,7 @@ def rows_of(form, poles, pairs, method):
 def test_minimum_norm_is_what_a_dense_solver_finds(sizes, complex_):
     """(18), (20), (21) row by row with numpy.linalg.lstsq on the whole M_i."""
     rng = np.random.default_rng(1)
-    form = lb.staircase(*with_stairs(sizes, rng, complex_))
+    form = staircase(*with_stairs(sizes, rng, complex_))
     n, r = sum(sizes), sizes[-1]
     poles = rng.standard_normal(n - r) + (1j * rng.standard_normal(n - r)) * complex_
     poles = poles.astype(complex)
@@ -65,7 +66,7 @@ def doubled(form, T, i, a, b):
 def test_pair_solves_the_paper_s_system_where_that_has_a_solution(sizes):
     """Rank 2n - 1 of the printed Mb where the stair is one wide, 2n otherwise."""
     rng = np.random.default_rng(2)
-    form = lb.staircase(*with_stairs(sizes, rng))
+    form = staircase(*with_stairs(sizes, rng))
     n, r = sum(sizes), sizes[-1]
     a, b = -0.7, 1.3
     for i in range(n - r - 1):
@@ -165,7 +166,7 @@ def test_count_of_one_factorisation():
     """(21): r n^2 with reflectors of r entries, counted on a real M_i."""
     n, r = 240, 4
     A, C, _ = hidden_chains(n, r)
-    form = lb.staircase(A, C)
+    form = staircase(A, C)
     M = np.vstack([form.A[1:], -form.C])  # M_1 with f = 0
     R, count = factor_counting(M, r)
     assert np.abs(np.tril(R[:n], -1)).max() < 1e-13 and np.abs(R[n:]).max() < 1e-13
@@ -176,7 +177,7 @@ def test_count_of_one_factorisation():
 def test_count_of_minimum_norm_as_run(n, p):
     """Panels of k columns cost (k + r - 1)^2 / k in place of 2 r per column."""
     A, C, _ = hidden_chains(n, p)
-    form = lb.staircase(A, C)
+    form = staircase(A, C)
     rows = rows_of(
         form, np.zeros(n - p, complex), np.zeros(n - p, bool), "minimum-norm"
     )
@@ -209,7 +210,7 @@ def test_count_of_the_staircase_as_run(monkeypatch):
 
     monkeypatch.setattr(staircase_climb, "_turn", turn)
     n, p = 240, 4
-    lb.staircase(*hidden_chains(n, p)[:2])
+    staircase(*hidden_chains(n, p)[:2])
     assert sum(counted) < figure("staircase", n=n, r=p)
     assert sum(counted) == pytest.approx(8 / 3 * n**3, rel=0.1)
 

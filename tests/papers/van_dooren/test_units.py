@@ -7,6 +7,7 @@ import pytest
 from scipy.sparse.csgraph import connected_components
 
 import luenberger as lb
+from luenberger.numeric.staircase_form import staircase
 
 METHODS = ("minimum-norm", "back-substitution")
 
@@ -94,7 +95,7 @@ def test_a_weak_link_costs_no_digits_of_T(method, link):
 def test_the_units_given_are_those_of_the_paper():
     """The row of least norm (21) in the user's coordinates, and in no other."""
     A, C = np.array([[0.0, 1, 0], [-64, -1, 64], [0, 1, -2]]), np.eye(3)[[0, 2]]
-    form = lb.staircase(A, C)
+    form = staircase(A, C)
     shifted = form.A + 5 * np.eye(3)
     M = np.vstack([shifted[1:], -form.C])
     best = np.linalg.lstsq(M.T, -shifted[0])[0]

@@ -40,76 +40,6 @@ def fixed_order_filter(
 ) -> Observer:
     r"""The estimator of a given order with the least steady error.
 
-    Of all stable systems of that order
-
-    .. math:: z_{i+1} = F z_i + D y_i, \qquad \hat w_i = P z_i + V y_i
-
-    the one with the least E[(w^ - L x)' weight (w^ - L x)].  It is
-    :math:`F = \Gamma (A - Q_s V_{2s}^{-1} C) G'`, :math:`D = \Gamma Q_s V_{2s}^{-1}`,
-    :math:`P = (L - V C) G'`, where :math:`\tau = G'\Gamma` is the optimal projection:
-    z tracks :math:`\Gamma x`, and :math:`G' z` is the estimate of x.
-
-    Parameters
-    ----------
-    plant : Plant
-        Discrete, constant and stable (mean-square stable with multiplicative noise),
-        with Q and R; S, feedthrough, singular noise and singular A are allowed.  With
-        U the filter is the best for such an input.
-    order : int
-        1 <= order <= n.  At n it is the Kalman filter of the plant, multiplicative
-        noise included.
-    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
-        Estimate L x; default x.  Rows may have names, and names of states and of
-        `plant.estimates` stand for rows.
-    weight : (q, q) array_like, optional
-        Positive definite; default the identity, the error trace of L x.
-    feedthrough : bool, default True
-        Whether w^ at i may use y at i.  False: V = 0, a prediction from the outputs
-        before.
-    starts, seed : int
-        Number of starts of the search, and the seed of the random half of them.  The
-        result is the same whenever these are.
-
-    Returns
-    -------
-    Observer
-        With T = Gam, in coordinates in which the two Gramians Q2 and P2 of z are
-        equal and diagonal.  Every residual of `optimality` is below 1e-8.  Without
-        U known inputs enter by G = T B - D E, W = -V E, as in (3.19); unless T is
-        exact (`certify`), what is left of x beside z moves with u and disturbs the
-        estimate, which is best for u = 0.  With it G and W are as free as D and V, and
-        no constant input leaves an error if it is a level.  At order n T = I is exact.
-
-    Raises
-    ------
-    DesignError
-        A plant that is not stable, with its modes, or not mean-square stable, with
-        the spectral radius and the largest stable scaling of the noise; an order out
-        of range, or so high that states would be superfluous; outputs that add
-        nothing to earlier ones; noise covariances that are missing.
-    CertificateError
-        If no start leads to a minimum that meets its conditions.  States that hardly
-        matter can do this, as rounding decides what they are: take a lower order.
-
-    See Also
-    --------
-    fixed_order_search : the same, with all local minima found and failed starts.
-    optimality : the conditions, for any observer.
-    reduced_order_filter : exact for every input and any plant, at a higher cost.
-
-    Notes
-    -----
-    The cost has local minima, and none of them is known to be the best one but by
-    comparing.  Each start follows a trust region Newton method with exact second
-    derivatives.
-
-    References
-    ----------
-    Haddad and Bernstein (1987), equations (3.10)-(3.27);
-    papers/haddad_bernstein/derivation/stationarity.py, equations.py.
-
-    Examples
-    --------
     The best one-state estimate of x1 of a plant with two states; the Kalman filter
     has 0.485934.
 
@@ -121,6 +51,47 @@ def fixed_order_filter(
     (array([[0.83029]]), array([[0.198368]]))
     >>> round(lb.optimality(observer, plant).cost, 6)
     0.485938
+
+    Of all stable systems of that order it has the least mean square error, a minimum
+    that a search over many starts has found.
+
+    Parameters
+    ----------
+    plant : Plant
+        Discrete, constant and stable (mean-square stable with multiplicative noise),
+        with Q and R.  With U the filter is the best for such an input.
+    order : int
+        1 to n.  At n it is the Kalman filter, multiplicative noise included.
+    L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
+        Estimate L x; default x.  Rows may have names, and names of states and of
+        `plant.estimates` stand for rows.
+    weight : (q, q) array_like, optional
+        Positive definite; default the identity, the error trace of L x.
+    feedthrough : bool, default True
+        Whether w^ at i may use y at i; else V = 0, a prediction.
+    starts, seed : int
+        Number of starts of the search, and the seed of the random half of them.  The
+        result is the same whenever these are.
+
+    Returns
+    -------
+    Observer
+        Every residual of `optimality` is below 1e-8.  Without U the estimate is best
+        for u = 0: unless T is exact (`certify`), what is left of x beside z moves with
+        u.  With it G and W are as free as D and V.
+
+    Raises
+    ------
+    DesignError
+        A plant that is not (mean-square) stable; an order out of range, or so high
+        that states would be superfluous; outputs that add nothing; no Q or R.
+    CertificateError
+        If no start leads to a minimum that meets its conditions: take a lower order.
+
+    References
+    ----------
+    Haddad and Bernstein (1987), equations (3.10)-(3.27);
+    papers/haddad_bernstein/derivation/stationarity.py, equations.py.
     """
     expect(plant=plant)
     L, called = by_name(L, plant)
@@ -142,6 +113,15 @@ def fixed_order_search(
 ) -> Search:
     """The local minima that `fixed_order_filter` chooses from.
 
+    Two modes and one filter state, which can follow either of them.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.9, 0], [0, -0.8]], None, [[1, 1]], dt=1.0,
+    ...                  Q=[[1, 0], [0, 1]], R=[[1]])
+    >>> found = fixed_order_search(plant, 1, L=[[1, 1]])
+    >>> [(round(one.excess, 4), one.observer.F.round(4)) for one in found.minima]
+    [(0.049, array([[0.7214]])), (0.0909, array([[-0.8536]]))]
+
     Parameters
     ----------
     plant, order, L, weight, feedthrough, starts, seed
@@ -160,17 +140,6 @@ def fixed_order_search(
     ----------
     Haddad and Bernstein (1987), Theorem 3.1;
     papers/haddad_bernstein/derivation/sensitivity.py.
-
-    Examples
-    --------
-    Two modes and one filter state, which can follow either of them.
-
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.9, 0], [0, -0.8]], None, [[1, 1]], dt=1.0,
-    ...                  Q=[[1, 0], [0, 1]], R=[[1]])
-    >>> found = lb.fixed_order_search(plant, 1, L=[[1, 1]])
-    >>> [(round(one.excess, 4), one.observer.F.round(4)) for one in found.minima]
-    [(0.049, array([[0.7214]])), (0.0909, array([[-0.8536]]))]
     """
     expect(plant=plant)
     _require(plant, order, feedthrough, starts, seed)

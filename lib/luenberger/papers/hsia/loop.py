@@ -100,6 +100,12 @@ def simulate(
 ) -> Response:
     r"""Run a unity-feedback loop with zero-order hold, sampled as a law decides.
 
+    >>> from luenberger import Plant, sampling
+    >>> plant = Plant([[0, 1], [0, 0]], [[0], [1]], [[100, 10]])
+    >>> run = sampling.simulate(sampling.root(0.08), plant, 1.2)
+    >>> run.samples, round(run.E, 4)
+    (20, 0.0552)
+
     .. math:: u(t) = r(t_i) - y(t_i), \quad t_i \le t < t_{i+1}, \qquad
               t_{i+1} = t_i + T(|\dot e(t_i)|), \quad e = r - y,
 
@@ -107,9 +113,7 @@ def simulate(
 
     .. math:: E = \int_0^{duration} |y^*(t) - y(t)|\, dt . \tag{17}
 
-    Nothing is stepped: between samples the loop is a matrix exponential.  E is
-    summed over the sign changes of y* - y, found on a Taylor series that is exact to
-    rounding.  Either loop may be unstable, as long as its numbers stay finite.
+    Either loop may be unstable, as long as its numbers stay finite.
 
     Parameters
     ----------
@@ -148,14 +152,6 @@ def simulate(
     References
     ----------
     Hsia (1974), Table II and (17); papers/hsia/derivation/loop.py.
-
-    Examples
-    --------
-    >>> from luenberger import Plant, sampling
-    >>> plant = Plant([[0, 1], [0, 0]], [[0], [1]], [[100, 10]])
-    >>> run = sampling.simulate(sampling.root(0.08), plant, 1.2)
-    >>> run.samples, round(run.E, 4)
-    (20, 0.0552)
     """
     expect(law=law, plant=plant)
     _require_options(law, duration, rate, first_rate)

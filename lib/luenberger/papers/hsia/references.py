@@ -13,8 +13,6 @@ from ...plant import Plant
 def step(size: float = 1.0) -> Plant:
     """A step: r(t) = size.
 
-    Examples
-    --------
     >>> from luenberger import sampling
     >>> sampling.step(2.0).x0
     array([2.])

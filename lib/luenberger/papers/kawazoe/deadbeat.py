@@ -46,8 +46,14 @@ def deadbeat_observer(
 ) -> Observer:
     r"""Deadbeat observer: F is nilpotent, the error is zero after p_M samples.
 
-    .. math:: z_+ = F z + G u + D y, \qquad \hat x = P z + V y + W u,
-              \qquad F^{\,p_M - 1} = 0 .
+    Double integrator, T = 0.2 s (Ogata, Discrete-Time Control Systems, chapter 6):
+    x2^ = 5 y[k] - 5 y[k-1] + 0.1 u[k-1].
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 0.2], [0, 1]], [[0.02], [0.2]], [[1, 0]], dt=0.2)
+    >>> observer = lb.deadbeat_observer(plant)
+    >>> (observer.P @ observer.D).round(9)[1], observer.V.round(9)[1]
+    (array([-5.]), array([5.]))
 
     The state that `reconstruct_state` computes from p_M samples, kept up to date
     recursively with n - rank C numbers.
@@ -59,13 +65,10 @@ def deadbeat_observer(
         allowed, and modes that no output sees if they die out in finite time.
     L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
         Estimate L x; default x.  Rows may have names, and names of states and of
-        `plant.estimates` stand for rows.  Of P, V and W there are then the rows of
-        L x only.
+        `plant.estimates` stand for rows.
     method : "staircase" or "canonical"
-        The coordinates it is computed in: orthogonal ones, or Kawazoe's, where an
-        exact plant of up to 20 states is treated in exact arithmetic and rounded
-        once at the end.
-        "canonical" needs an observable plant.
+        The coordinates it is computed in: orthogonal ones, or Kawazoe's of an
+        observable plant, where one of ints and Fractions is treated exactly.
 
     Returns
     -------
@@ -83,11 +86,6 @@ def deadbeat_observer(
     CertificateError
         If rounding spoils the design.
 
-    Warns
-    -----
-    RuntimeWarning
-        When cond([T; C]) exceeds 1e10, states in even units and rows at unit length.
-
     See Also
     --------
     reduced_order_observer : any other poles; with several outputs its F has poles
@@ -97,17 +95,6 @@ def deadbeat_observer(
     ----------
     Kawazoe (1978); Van Dooren (1984), equations (13)-(20) with f_ii = 0;
     papers/kawazoe/derivation/deadbeat.py.
-
-    Examples
-    --------
-    Double integrator, T = 0.2 s (Ogata, Discrete-Time Control Systems, chapter 6):
-    x2^ = 5 y[k] - 5 y[k-1] + 0.1 u[k-1].
-
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 0.2], [0, 1]], [[0.02], [0.2]], [[1, 0]], dt=0.2)
-    >>> observer = lb.deadbeat_observer(plant)
-    >>> (observer.P @ observer.D).round(9)[1], observer.V.round(9)[1]
-    (array([-5.]), array([5.]))
     """
     expect(plant=plant)
     require_discrete(plant)

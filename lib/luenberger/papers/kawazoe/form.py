@@ -77,6 +77,15 @@ def observability_form(
 ) -> ObservabilityForm:
     r"""Kawazoe's observability form: rows C_i A^k as coordinates.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [2, 3, 4]], [[0], [0], [1]],
+    ...                  [[1, 0, 0], [0, 1, 0]], dt=1.0)
+    >>> form = observability_form(plant)
+    >>> form.indices, form.samples
+    ((1, 2), 2)
+    >>> [str(entry) for entry in form.Phi[2]]
+    ['2', '3', '4']
+
     .. math:: w = P x, \qquad w_+ = \Phi w + G u, \qquad y = H w + E u .
 
     The rows are searched in the order C_1 .. C_p, C_1 A .. C_p A, ...; each row is
@@ -117,17 +126,6 @@ def observability_form(
     References
     ----------
     Kawazoe (1978), equations (5)-(14); papers/kawazoe/derivation/form.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [2, 3, 4]], [[0], [0], [1]],
-    ...                  [[1, 0, 0], [0, 1, 0]], dt=1.0)
-    >>> form = lb.observability_form(plant)
-    >>> form.indices, form.samples
-    ((1, 2), 2)
-    >>> [str(entry) for entry in form.Phi[2]]
-    ['2', '3', '4']
     """
     expect(plant=plant)
     form, outputs = find_form(plant, selection, tol, plant.exact is not None)

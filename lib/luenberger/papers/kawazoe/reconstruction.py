@@ -27,6 +27,13 @@ def reconstruct_state(
 ) -> Matrix:
     r"""The exact state from every p_M consecutive samples of a record.
 
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], [[0], [1]], [[1, 0]], dt=1.0)
+    >>> reconstruct_state(plant, [[0], [2], [5], [9]], [[1], [1], [1], [1]])
+    array([[0., 2.],
+           [2., 3.],
+           [5., 4.]])
+
     .. math:: x_k = P^{-1} w_k, \qquad
               w_k = [y_{1,k} \ldots y_{1,k+p_1-1}\; y_{2,k} \ldots]'
                     - \Delta\,[u_k \ldots u_{k+p_M-2}]' .
@@ -70,15 +77,6 @@ def reconstruct_state(
     ----------
     Kawazoe (1978), equations (15)-(26), with (25) corrected;
     papers/kawazoe/derivation/reconstruction.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], [[0], [1]], [[1, 0]], dt=1.0)
-    >>> lb.reconstruct_state(plant, [[0], [2], [5], [9]], [[1], [1], [1], [1]])
-    array([[0., 2.],
-           [2., 3.],
-           [5., 4.]])
     """
     expect(plant=plant)
     require_discrete(plant)

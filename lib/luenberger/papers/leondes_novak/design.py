@@ -35,6 +35,16 @@ def kalman_filter(
 ) -> Observer:
     r"""Kalman filter: every output is filtered, the order is n.
 
+    Constant-velocity radar track at tracking index 1 (Kalata 1984): alpha = 3/4,
+    beta = 1/2.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
+    >>> lb.kalman_filter(plant).V.round(12)
+    array([[0.75],
+           [0.5 ]])
+
     The case m1 = 0 of `reduced_order_filter`, which see,
 
     .. math:: \hat x_{i+1} = A\hat x_i + B u_i
@@ -66,18 +76,6 @@ def kalman_filter(
     ----------
     Leondes and Novak (1974), equations (39)-(44);
     papers/leondes_novak/derivation/limiting_cases.py.
-
-    Examples
-    --------
-    Constant-velocity radar track at tracking index 1 (Kalata 1984): alpha = 3/4,
-    beta = 1/2.
-
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
-    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[1]])
-    >>> lb.kalman_filter(plant).V.round(12)
-    array([[0.75],
-           [0.5 ]])
     """
     return reduced_order_filter(plant, 0, L=L, steps=steps)
 
@@ -93,14 +91,18 @@ def reduced_order_filter(
 ) -> Observer:
     r"""Reduced-order filter of least error trace (Leondes and Novak 1974).
 
+    Exact position of a double integrator: one state, pole sqrt(3) - 2.
+
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[1/3, 1/2], [1/2, 1]], R=[[0]])
+    >>> observer = lb.reduced_order_filter(plant, m1=1)
+    >>> observer.order, observer.poles.real.round(12)
+    (1, array([-0.26794919]))
+
     The m1 accurate outputs y1 are treated as exact, C1 x^ = y1, and only the
-    remaining n - m1 directions are filtered,
-
-    .. math:: z_{i+1} = F z_i + G u_i + D y_i, \qquad
-              \hat x_i = P z_i + V_i y_i + W u_i ,
-
-    with the gain V of (33): at each step the least tr(weight Sigma) among the
-    estimates with C1 x^ = y1, given Sigma of the step before.
+    remaining n - m1 directions are filtered, with the gain V of (33): at each step the
+    least tr(weight Sigma) among the estimates with C1 x^ = y1.
 
     Parameters
     ----------
@@ -112,20 +114,15 @@ def reduced_order_filter(
         names.  0 is the Kalman filter, p the minimal order n - p.
     L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
         Estimate L x; default x.  Rows may have names, and names of states and of
-        `plant.estimates` stand for rows.  Of P, V and W there are then the rows of
-        L x only.
+        `plant.estimates` stand for rows.
     steps : int, optional
-        Number N of instants i = 1 .. N of a time-varying filter.  Default: the
-        steady state, a constant observer.
+        Number N of instants of a time-varying filter; default the steady state.
     weight : (n, n) array_like or "canonical", optional
-        Of the error of x.  Default the identity, the error trace in the user's
-        coordinates; with L and ``horizon="steady"`` it is L'L, the error trace of
-        L x.  "canonical" is the paper's literal choice (19), whose weight is
-        M'M with M = [C; rows of the identity].  It is positive definite, and for
-        ``horizon="steady"`` may be singular.
+        Of the error of x, positive definite.  Default the identity; with L and
+        ``horizon="steady"`` L'L.  "canonical" is the paper's choice (19).
     horizon : "step" or "steady", default "step"
         "steady": the constant gain of the same structure with the least steady
-        trace (a local minimum found from the step-wise gain).  `steps` must be None.
+        trace, which the step-wise gain need not have.  `steps` must be None.
 
     Returns
     -------
@@ -136,56 +133,19 @@ def reduced_order_filter(
     Raises
     ------
     DesignError
-        dt = 0, no Q, R or P0; accurate outputs that are linearly dependent; an
-        undetectable mode, also one that L x has no part in; or no steady state, with
-        the mode at fault.
+        dt = 0, no Q, R or P0; accurate outputs that are linearly dependent; a mode
+        that is undetectable or has no steady state.
     CertificateError
         If rounding spoils the design.
 
     See Also
     --------
-    Filter : the same filter in one pass over a record, with missing values.
-    error_covariance : the accuracy this design reaches.
-
-    Notes
-    -----
-    The step-wise gain is best at each step, not always in the long run; compare
-    ``horizon="steady"``.  The step-wise gain weighs the whole state also where only
-    L x is wanted: what it leaves of the other states enters L x at later steps, and
-    the weight L'L does not see that.
-
-    The gain needs the innovation covariance M to be positive definite to be unique.
-    With redundant noise-free outputs the steady gain is the one of least norm; over
-    `steps` an output that those before it tell has no gain.  The estimate is the same.
-
-    S enters through J with J R = S.  Where R is singular there are many J, and
-    J = S R^+ (outputs at unit variance) is taken: the residual of a noise-free output
-    does not enter the prediction.  Which J it is matters only where a noisy output is
-    treated as exact beside a noise-free one that is not; treat that one as exact
-    too, and it does not matter.
+    Filter : the same filter over a record, with missing values.
 
     References
     ----------
     Leondes and Novak (1974), equations (14), (15), (24)-(36);
-    papers/leondes_novak/derivation/best_coordinates.py;
-    papers/leondes_novak/derivation/square_root.py.
-
-    Examples
-    --------
-    Exact position of a double integrator: one state, pole sqrt(3) - 2.
-
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
-    ...                  Q=[[1/3, 1/2], [1/2, 1]], R=[[0]])
-    >>> observer = lb.reduced_order_filter(plant, m1=1)
-    >>> observer.order, observer.poles.real.round(12)
-    (1, array([-0.26794919]))
-
-    Only the velocity of it:
-
-    >>> velocity = lb.reduced_order_filter(plant, m1=1, L=[0, 1])
-    >>> velocity.P.shape, observer.P.shape
-    ((1, 1), (2, 1))
+    papers/leondes_novak/derivation/best_coordinates.py.
     """
     expect(plant=plant)
     if horizon not in ("step", "steady"):

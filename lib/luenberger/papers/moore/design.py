@@ -36,82 +36,6 @@ def functional_observer(
 ) -> Observer:
     r"""Observer of w = k x that does not pass y on to its estimate, of least order.
 
-    .. math:: z_+ = F z + G u + D y, \qquad \hat w = P z,
-              \qquad TA - FT = DC, \quad G = TB - DE, \quad PT = k .
-
-    As V = 0 and W = 0, noise in y reaches the estimate only through the states.  Such
-    an observer of order r with characteristic polynomial beta exists exactly when
-    k beta(A) is a combination of the rows of C, CA, ..., CA^(r-1): with one output,
-    when the numbers k A^i g obey the recurrence with coefficients beta, (13).  The
-    least order is that of the shortest stable recurrence.
-
-    Parameters
-    ----------
-    plant : Plant
-        Constant and real, continuous or discrete, in any coordinates, with any
-        number of inputs and outputs, with or without feedthrough.  Modes that no
-        output sees are allowed; if k sees them they must be stable, and are among
-        the poles.
-    k : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str
-        The functional, or several, perhaps by name; names of states and of
-        `plant.estimates` stand for their rows.  Each row gets an observer of its own,
-        side by side: one of all rows jointly may need fewer states.  A row of zeros
-        needs none.  A combination of the rows of C does need states here, since y is
-        not passed on.
-    order : int, optional
-        Number of states r for each row, 1 .. n; default the least.
-    poles : (r,) array_like, optional
-        For each row, in rad/s (dt == 0) or in the z-plane, closed under conjugation.
-        They must be admissible; from some order on, with one output r = n, all are.
-
-    Returns
-    -------
-    Observer
-        Certified, V = 0 and W = 0 exactly.  Without `poles` it has the largest
-        stability margin of its order, measured on the disc |zeta| < 1, in continuous
-        time that of s = sigma (zeta - 1) / (zeta + 1), sigma near the geometric mean
-        of the rates of the plant.  F is a chain of blocks of order 1 and 2 with the
-        poles.
-
-        Plant, k and poles (if any) in ints or Fractions give an observer in
-        Fractions, ``observer.exact``, up to 20 states, unless its rounding to floats
-        would lose the estimate.  Its polynomial is a simple rational one near the
-        optimum, and F one companion matrix unless poles are given or all are possible.
-
-    Raises
-    ------
-    DesignError
-        No stable observer of the order asked for, or of any; poles that are not
-        admissible, with the rows of the recurrence they violate; a plant that varies
-        in time or is complex; rounding that would leave no digit.
-    CertificateError
-        If a pole asked for is not stable.
-    ValueError
-        k, order or poles of the wrong shape or kind.
-
-    Notes
-    -----
-    That no lower order will do is proved when the admissible polynomials are none,
-    one, all, or given by one equation (this covers r <= 2 and, with one output,
-    r = n - 1), and when the signs of their coefficients exclude a stable one.
-    Otherwise a search from many starts found none.  ``recurrences(plant, k)`` in
-    `luenberger.papers.moore.recurrences` says for each order which it was.  With floats
-    all this holds up to rounding: terms that cancel to a relative 1e-12 count as
-    zero, and an order is passed over, or refused, where rounding would put an error
-    of more than 1e-6 k x into the estimate.  After three such orders the next one tried
-    is that from which on any poles are possible, and then some of those above it.
-
-    See Also
-    --------
-    reduced_order_observer : the state, with V y in its estimate.
-    error_covariance : what the two make of measurement noise.
-
-    References
-    ----------
-    Moore (1973), (1)-(13); papers/moore/derivation/observer.py.
-
-    Examples
-    --------
     A combination of a cart's position, velocity and acceleration, from its position.
     Without feedthrough the whole state takes three observer states, this takes two.
 
@@ -125,6 +49,44 @@ def functional_observer(
            [ 82.]]))
     >>> observer.exact["F"].tolist() == observer.F.tolist()
     True
+
+    With V = 0 and W = 0 noise in y reaches the estimate only through the states.
+
+    Parameters
+    ----------
+    plant : Plant
+        Constant and real.  Modes that no output but k sees must be stable.
+    k : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str
+        The functional, or several, perhaps by name; names of states and of
+        `plant.estimates` stand for their rows.  Each row gets an observer of its own,
+        side by side: one of all rows jointly may need fewer states.
+    order : int, optional
+        Number of states r for each row, 1 .. n; default the least.
+    poles : (r,) array_like, optional
+        For each row, in rad/s (dt == 0) or in the z-plane, closed under conjugation.
+        They must be admissible; from some order on all are.
+
+    Returns
+    -------
+    Observer
+        Certified, V = 0 and W = 0 exactly.  Without `poles` it has the largest
+        stability margin of its order.  Plant, k and poles (if any) in ints or Fractions
+        give an observer in Fractions too, ``observer.exact``, up to 20 states.
+
+    Raises
+    ------
+    DesignError
+        No stable observer of the order asked for, or of any; poles that are not
+        admissible, with the rows of the recurrence they violate; a plant that varies
+        in time or is complex; rounding that would leave no digit.
+    CertificateError
+        If a pole asked for is not stable.
+    ValueError
+        k, order or poles of the wrong shape or kind.
+
+    References
+    ----------
+    Moore (1973), (1)-(13); papers/moore/derivation/observer.py.
     """
     expect(plant=plant)
     k, called = by_name(k, plant)

@@ -44,20 +44,18 @@ def reduced_order_observer(
 ) -> Observer:
     r"""Observer of order n - rank C whose error decays with the poles asked for.
 
-    In unitary staircase coordinates the rows of
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [0, -24, -10]], [[0], [10], [-80]],
+    ...                  [[1, 0, 0]])
+    >>> observer = lb.reduced_order_observer(plant, [-10, -10])
+    >>> observer.F.diagonal()
+    array([-10., -10.])
+    >>> lb.certify(observer, plant).worst < 1e-14
+    True
 
-    .. math:: TA - FT = DC, \qquad \begin{bmatrix} T\\ C\end{bmatrix}
-              \text{ invertible}
-
-    are solved one after another, F lower triangular with the poles on its diagonal,
-    T upper triangular with a unit diagonal, (13)-(20).  Poles may be repeated, and
-    may be eigenvalues of A.
-
-    With several outputs the poles do not determine the observer.  Where the rows of
-    least norm leave [T; C] ill conditioned, the best conditioned is searched for among
-    all observers with these poles: a small condition also means small gains, and so
-    little noise in the estimate.  Where Q and R are known, and the poles need not be
-    these, `reduced_order_filter` has the least noise of all.
+    With several outputs the poles do not determine the observer; the one that is
+    returned is well conditioned, which also means little noise in the estimate.  Of all
+    poles, those of `reduced_order_filter` let in the least.
 
     Parameters
     ----------
@@ -69,62 +67,31 @@ def reduced_order_observer(
         in conjugate pairs; the second of a pair is moved up beside the first.
     L : (n,) or (q, n) array_like, dict of str to (n,) array_like, or str, optional
         Estimate L x; default x.  Rows may have names, and names of states and of
-        `plant.estimates` stand for rows.  Of P, V and W there are then the rows of
-        L x only.
+        `plant.estimates` stand for rows.
     method : "best-conditioned", "minimum-norm" or "back-substitution"
-        Each row by least norm, (21), or by the cheapest solution, remark 2(b), which
-        is O(n^3) in total but can be more sensitive.  By default by least norm as
-        well, and where the condition of [T; C], with rows of unit length, is above
-        1e3, and up to 100 states, by a search over the free entries of the rows and
-        over the order of the poles; what it finds is taken where it is much better.
+        Each row by least norm, (21), or by the cheapest solution, remark 2(b).  By
+        default by least norm, and by a search where that is ill conditioned.
     units : "even" or "given"
-        The units of states, outputs and time in which that is done: those that make
-        the plant's numbers of like size, so that a plant in other units has the same
-        observer in them and no digit is lost to units, or the user's, as printed.
+        The units in which that is done: those that make the plant's numbers of like
+        size, or the user's, as printed.
 
     Returns
     -------
     Observer
-        Certified.  F has the poles on its diagonal, exactly, and in the order given
-        unless the search has found a better one; a conjugate pair of a real plant has
-        a 2 x 2 block with diagonal a, a and determinant a^2 + b^2.
-        ``certify(observer, plant)`` tells cond([T; C]) and the sensitivity of each
-        pole.
+        Certified.  F has the poles on its diagonal, exactly; a conjugate pair of a real
+        plant has a 2 x 2 block with diagonal a, a and determinant a^2 + b^2.
 
     Raises
     ------
     DesignError
-        If the plant is not observable (the modes are named), varies in time, the
-        number of poles is wrong, a conjugate is missing, or the pair (A, C) is so
-        close to an unobservable one that the estimate would have no correct digit.
+        If the plant is not observable (the modes are named) or so close to that that no
+        digit would be correct, varies in time, or the poles do not fit.
     CertificateError
         If a pole asked for is not stable.
 
-    Warns
-    -----
-    RuntimeWarning
-        When cond([T; C]) exceeds 1e7 in these units; the message has the number.
-
-    See Also
-    --------
-    staircase, certify, deadbeat_observer
-
     References
     ----------
-    Van Dooren (1984), (13)-(34); papers/van_dooren/derivation/rows.py.  The block for a
-    conjugate pair is repaired where a stair is one wide.  What is free in a row:
-    papers/van_dooren/derivation/choices.py.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0, 1, 0], [0, 0, 1], [0, -24, -10]], [[0], [10], [-80]],
-    ...                  [[1, 0, 0]])
-    >>> observer = lb.reduced_order_observer(plant, [-10, -10])
-    >>> observer.F.diagonal()
-    array([-10., -10.])
-    >>> lb.certify(observer, plant).worst < 1e-14
-    True
+    Van Dooren (1984), (13)-(34); papers/van_dooren/derivation/rows.py, choices.py.
     """
     expect(plant=plant)
     poles = numbers(poles)
