@@ -37,7 +37,7 @@ def test_no_function_has_the_name_of_a_module():
     assert modules & {*CALLED} <= BEING_REPLACED
 
 
-@pytest.mark.parametrize("name", {*CALLED} - BEING_REPLACED)
+@pytest.mark.parametrize("name", sorted({*CALLED} - BEING_REPLACED))
 def test_its_help_is_a_screen_that_begins_with_an_example(name):
     one = CALLED[name]
     text = inspect.getdoc(one)
@@ -50,7 +50,7 @@ def test_its_help_is_a_screen_that_begins_with_an_example(name):
     assert ">>> " in "\n".join(text.splitlines()[:EARLY])
 
 
-@pytest.mark.parametrize("name", {*CALLED} - BEING_REPLACED)
+@pytest.mark.parametrize("name", sorted({*CALLED} - BEING_REPLACED))
 def test_it_asks_for_few_things(name):
     one = CALLED[name]
     asked = methods(one) if inspect.isclass(one) else {name: one}
