@@ -179,7 +179,7 @@ def test_questions_that_make_no_sense(options, message):
 
 
 def test_a_plant_is_asked_for():
-    with pytest.raises(ValueError, match="first place, got an Observer"):
+    with pytest.raises(TypeError, match="plant must be a Plant, got an Observer"):
         lb.compare(lb.kalman_filter(tracker()))
 
 

@@ -151,10 +151,6 @@ BAD = {
     "no plants": (dict(plants=[]), "empty"),
     "no list": (dict(plants=3), "dict or a list"),
     "two of a name": (dict(plants=2 * [scalar(0.5, name="a")]), "two plants have one"),
-    "another thing": (
-        dict(plants=[np.eye(2)]),
-        r"a Plant as plants\['plant 1",
-    ),
     "of other size": (dict(plants={"x": oscillator(1).sampled(1)}), "plant 'x': "),
     "of another period": (
         dict(plants={"x": dataclasses.replace(scalar(0.5), dt=2.0)}),

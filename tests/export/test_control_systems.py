@@ -148,7 +148,6 @@ REFUSED = {
     "m1 with observer": (observer, {"m1": 0}, "m1 and weight go with a plant"),
     "plant with plant": (plant, {"plant": plant()}, "plant= goes with an observer"),
     "dtype": (observer, {"dtype": "int"}, "dtype must be 'double' or 'float'"),
-    "matrix": (lambda: np.eye(2), {}, "or a Plant in the first place, got an"),
     "varying plant": (varying_plant, {}, "the plant varies with time"),
     "continuous plant": (lambda: plant(dt=0), {}, "the plant has dt = 0"),
     "no Q": (lambda: plant(Q=None), {}, "the plant has no Q"),

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from .. import arguments, certificate
+from .. import certificate
 from ..analysis.step_cost import multiply_adds as multiply_adds
 from ..kernels.c.numbers import require_c_type
 from ..observer import Observer
@@ -21,6 +21,7 @@ from .c import observer as constant
 from .c.identifiers import identifier
 from .c.source_and_header import signals, write_pair
 from .control_systems import from_statespace as from_statespace
+from .control_systems import require_beside
 from .control_systems import to_control as to_control
 from .control_systems import to_scipy as to_scipy
 from .rounding import RoundingError as RoundingError
@@ -93,7 +94,7 @@ def to_c(
     in a slow mode; `rounding_error` measures them.  Source: Leondes and Novak (1974),
     (27), (33), (43); Bierman (1977), sections V.3 and VI.4.
     """
-    arguments.expect_beside(source, plant)
+    require_beside(source, plant)
     identifier(name)
     require_c_type(dtype)
     if isinstance(source, Plant):

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
 
-from ..arguments import expect, expect_beside
+from ..arguments import expect
 from ..certificate import certify, require_real
 from ..errors import DesignError
 from ..formats import statespace
@@ -60,7 +60,7 @@ def to_control(source: Observer | Plant, *, plant: Plant | None = None) -> Any:
     --------
     from_statespace : an observer from a StateSpace
     """
-    expect_beside(source, plant)
+    require_beside(source, plant)
     import control
 
     given = _matrices(source)
@@ -183,6 +183,17 @@ def from_statespace(
     observer = Observer(F, G, D, P, V, T, L, W, z0=T @ plant.x0, dt=plant.dt)
     certify(observer, plant).require()
     return observer.named(plant)
+
+
+def require_beside(source: Observer | Plant, plant: Plant | None) -> None:
+    """Raise unless it is a plant, or an observer with perhaps its plant beside it."""
+    expect(source=source)
+    if plant is not None:
+        expect(plant=plant)
+        if isinstance(source, Plant):
+            raise ValueError(
+                "plant= goes with an observer, and the source is a plant: leave it out"
+            )
 
 
 def _tracked(

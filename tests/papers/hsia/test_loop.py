@@ -558,10 +558,6 @@ REFUSED = {
         lambda: run_of("periodic", 0.1).at([0.5j]),
         "times must be an array of real numbers",
     ),
-    "not a plant": (
-        lambda: sampling.simulate(PLAIN, E, 1),
-        "in the second place",
-    ),
     "period of zero": (
         lambda: sampling.discretise(PAPER, [0.1, 0, 0.1]),
         r"periods\[1\] is 0 s",
