@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,12 +30,14 @@ from .numeric.validation import (
     vector,
     zeros,
 )
+from .show.blocks import clock, counted, html, listed, matrices, text
+from .show.numbers import number
 
 LATER: Any = None  # a field that is filled in once the others are known
 varying = partial(matrix, steps=True, field=complex)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Observer(Forms, ReadOnly):
     """What every design function returns: z+ = F z + G u + D y, w^ = P z + V y + W u.
 
@@ -135,6 +137,41 @@ class Observer(Forms, ReadOnly):
         self._name(self)
         if self.estimates is not None:
             self._fill(estimates=names("w estimate", self.estimates, L.shape[0]))
+
+    def _said(self) -> tuple[str, dict[str, str]]:
+        """What it is, and what it is made of, in words."""
+        over = "" if self.steps is None else f", over {counted(self.steps, 'row')}"
+        outputs, inputs = self._signals()
+        poles = [] if self.steps else [number(pole, 4) for pole in self.poles]
+        about = dict(
+            estimates=listed(self.estimate_names),
+            outputs=listed(outputs),
+            inputs=listed(inputs),
+            poles=listed(poles),
+        )
+        size = f"{counted(self.order, 'state')} for {self.L.shape[1]} of the plant"
+        return f"Observer: {size}, {clock(self.dt)}{over}", about
+
+    def _signals(self) -> tuple[Sequence[str], Sequence[str]]:
+        """Names of y and u."""
+        sizes = self.D.shape[-1], self.G.shape[-1]
+        return (
+            names("y output", self.output_names, sizes[0]),
+            names("u input", self.input_names, sizes[1]),
+        )
+
+    def __repr__(self) -> str:
+        return text(*self._said())
+
+    def _repr_html_(self) -> str:
+        z, ahead = names("z state", None, self.order), "+" if self.dt else "'"
+        table = None
+        if self.steps is None:
+            X = np.block([[self.F, self.D, self.G], [self.P, self.V, self.W]])
+            outputs, inputs = self._signals()
+            rows = [*(f"{one}{ahead}" for one in z), *self.estimate_names]
+            table = matrices(rows, [*z, *outputs, *inputs], X)
+        return html(*self._said(), table)
 
     def _name(self, source: Any) -> None:
         """Take the names of x, u and y from a record that has them."""

@@ -20,6 +20,8 @@ from ..plant import Plant
 from ..recursion.settings import require_noise
 from ..run.executor import Progress, reporting
 from ..run.filter import Filter
+from ..show.blocks import counted
+from ..show.tables import Prose, Table
 from . import records as recorded
 from .autocovariance import start_of
 from .identifiability import identifiability
@@ -77,27 +79,49 @@ class NoiseFit:
     @property
     def lines(self) -> list[str]:
         """Every number that was found with its standard error, a line each."""
+        found = [f"{name:<10} {said}" for name, *_, said in self._found()]
+        return [*found, f"log-likelihood {self.log_likelihood:.2f}"]
+
+    def _found(self) -> list[tuple[str, str, str, str]]:
+        """Name, value and standard error, and both in words, of all that was found."""
         out = []
         for letter in "QR":
             X, error = getattr(self.plant, letter), self.standard_errors[letter]
             for i, j in zip(*np.triu_indices(len(X)), strict=True):
-                out.append(_line(f"{letter}[{i},{j}]", X[i, j], error[i, j]))
+                if error[i, j] != 0:
+                    out.append(_told(f"{letter}[{i},{j}]", X[i, j], error[i, j]))
         for name, found in self.parameters.items():
-            out.append(_line(name, found, self.standard_errors[name]))
-        return [*out, f"log-likelihood {self.log_likelihood:.2f}"]
+            out.append(_told(name, found, self.standard_errors[name]))
+        return out
+
+    def _about(self) -> list[str]:
+        """What was known, and what the tests say."""
+        known = sum(
+            int((self.standard_errors[letter][np.triu_indices(size)] == 0).sum())
+            for letter, size in (("Q", self.plant.n), ("R", self.plant.p))
+        )
+        said = [f"Known of Q and R: {counted(known, 'number')}."]
+        return said * bool(known) + [*self.unidentifiable, *self.whiteness.sentences]
 
     def __repr__(self) -> str:
-        about = [*self.lines, *self.unidentifiable, *self.whiteness.sentences]
-        return "\n".join(about)
+        return "\n".join([*self.lines, *self._about()])
+
+    def _repr_html_(self) -> str:
+        table = Table(
+            ["", "value", "standard error"], [cells[:3] for cells in self._found()]
+        )
+        likely = f"log-likelihood {self.log_likelihood:.2f}"
+        return Prose(likely, *self._about())._repr_html_() + "\n" + table._repr_html_()
 
 
-def _line(name: str, value: float, error: float) -> str:
-    if error == 0:
-        return f"{name:<10} {value:.5g}, known"
+def _told(name: str, value: float, error: float) -> tuple[str, str, str, str]:
+    """Name, value and standard error, and the last two in words."""
+    shown = f"{value:.5g}"
     if error == math.inf:
-        return f"{name:<10} {value:.5g}, not determined by this record"
-    sure = "at its bound" if math.isnan(error) else f"standard error {error:.2g}"
-    return f"{name:<10} {value:.5g}, {sure}"
+        return name, shown, "not determined", f"{shown}, not determined by this record"
+    if math.isnan(error):
+        return name, shown, "at its bound", f"{shown}, at its bound"
+    return name, shown, f"{error:.2g}", f"{shown}, standard error {error:.2g}"
 
 
 def fit_noise(

@@ -28,11 +28,12 @@ from .estimates import Estimates
 from .input import stated
 from .instant import Instant
 from .sampled import one_period
+from .shown import as_html, as_text
 
 LATER: Any = None  # a field that is filled in once the others are known
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Plant(ReadOnly):
     """Linear plant with known inputs, measurements and white noise.
 
@@ -167,6 +168,12 @@ class Plant(ReadOnly):
                 f"time-varying matrices must have equally many rows, got {lengths}"
             )
         check_words(self.at_first, self.name, self.description)
+
+    def __repr__(self) -> str:
+        return as_text(self)
+
+    def _repr_html_(self) -> str:
+        return as_html(self)
 
     @property
     def n(self) -> int:

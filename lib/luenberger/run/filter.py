@@ -21,6 +21,9 @@ from ..formats import dataframes
 from ..numeric import Matrix
 from ..plant import Plant
 from ..recursion.settings import accurate_outputs
+from ..show.blocks import counted, html
+from ..show.numbers import number
+from ..show.tables import Table
 from . import fleet, late
 from .clock import require_instants
 from .discretise import discretise
@@ -32,7 +35,7 @@ FIRST = 64  # at most that are asked at once what they tell of a start
 ROWS = 1 << 10  # of a plant that changes, whose matrices are held at once
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Filtered:
     """What `Filter.run` found; row k is instant k + 1 of the record.
 
@@ -52,6 +55,8 @@ class Filtered:
         for innovations whose normalised length is one.  With more than six states e
         may be 1e-9, which is rounding, and 1e-8 is then 1e-6.  P and K are those of the
         full recursion.  It is looked for behind 512, 1024, 2048, ... complete rows.
+    names : tuple of str
+        Those of the states.
     """
 
     x: Any
@@ -59,6 +64,29 @@ class Filtered:
     end: End
     settled_at: np.ndarray
     _again: Any
+    names: Sequence[str] = ()
+
+    def __repr__(self) -> str:
+        return f"{self._head()}\n{self._table()}"
+
+    def _repr_html_(self) -> str:
+        return html(self._head(), {}, self._table())
+
+    def _head(self) -> str:
+        if not self._many():
+            return f"Filtered: {counted(len(self.x), 'row')}; at the last one"
+        return f"Filtered: {counted(len(self.x), 'record')}; at the end of the first"
+
+    def _many(self) -> bool:
+        return isinstance(self.x, list) or np.ndim(self.x) == 3
+
+    def _table(self) -> Table:
+        """The last estimate of each state with its error."""
+        found = (X[0] if self._many() else X for X in (self.x, self.std))
+        last = (np.asarray(X)[-1:].ravel() for X in found)
+        rows = zip(self.names, *last)
+        cells = [[name, number(x, 4), number(std, 4)] for name, x, std in rows]
+        return Table(["", "estimate", "one sigma"], cells)
 
     @cached_property
     def P(self) -> np.ndarray:
@@ -159,7 +187,8 @@ class Filter:
         settled = [k + row for k, one in zip(first, windows) for row in one.settled]
         end = windows[-1].end._replace(clock=rows.clock)
         again = partial(self.matrices, rows, start)
-        return Filtered(x, std, end, np.array(settled, dtype=np.int64), again)
+        at = np.array(settled, dtype=np.int64)
+        return Filtered(x, std, end, at, again, self.plant.state_names)
 
     def smooth(self, record: Any, lag: int | None = None) -> Any:
         """Estimate the states of a record from all of it; NaN means not measured.

@@ -60,7 +60,7 @@ class Gathered(Sequence[Any]):
 
 
 def found(of: Any, record: Record, starts: Any) -> tuple[Any, ...]:
-    """Estimates, deviations, ends, no settled rows, and what finds P and K.
+    """Estimates, deviations, ends, no settled rows, what finds P and K, and names.
 
     `of` is the `Filter`.
     """
@@ -70,7 +70,7 @@ def found(of: Any, record: Record, starts: Any) -> tuple[Any, ...]:
     told = (_told(record, of.plant, names, [part[k] for part in parts]) for k in (0, 1))
     ends = Gathered(names, [part[2] for part in parts])
     again = partial(_matrices, of, record, starts)
-    return *told, ends, np.zeros(0, dtype=np.int64), again
+    return *told, ends, np.zeros(0, dtype=np.int64), again, of.plant.state_names
 
 
 def _together(of: Any, group: Group) -> tuple[Matrix, Matrix, Sequence[End]]:
