@@ -146,19 +146,6 @@ def test_what_a_journey_passes_is_there(journey):
         assert name in there, f"{path} has no {name}"
 
 
-@pytest.mark.parametrize("folder", sorted(PACKAGE.glob("papers/*/derivation")))
-def test_a_front_door_lists_its_modules_in_their_own_words(folder):
-    door = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
-    listed = dict(re.findall(r"^`(\w+)`\n    (.+)$", door, flags=re.M))
-    assert listed == {
-        path.stem: ast.get_docstring(ast.parse(path.read_text("utf-8")))
-        .partition("\n\n")[0]
-        .replace("\n", " ")
-        for path in folder.glob("*.py")
-        if path.name != "__init__.py"
-    }
-
-
 @pytest.mark.parametrize(
     ("source", "found"),
     [

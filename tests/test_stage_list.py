@@ -72,7 +72,7 @@ def test_a_stage_list_computes_what_it_says(stages):
 
 
 def test_what_a_stage_list_does_not_compute_is_refused():
-    with pytest.raises(KeyError, match=r"gain_step computes no \['Psi'\]"):
+    with pytest.raises(KeyError, match=r"no stage assigns \['Psi'\]"):
         kernels.compiled(gain_step, "M", "Psi")
 
 

@@ -1,11 +1,4 @@
-"""The equations of an observer in other coordinates in SymPy, in reading order.
-
-`change`
-    A change of coordinates keeps the estimate and the certificate.
-`combinations`
-    Combinations of what an observer estimates are estimated by the same observer.
-`gramians`
-    The coordinates in which both Gramians are the same diagonal matrix.
+"""The equations of an observer in other coordinates in SymPy, a module for each page.
 
 A proof or a stage list of a change of coordinates enters here.
 """

@@ -1,15 +1,4 @@
-"""The equations of identification in SymPy, in reading order.
-
-`likelihood`
-    The likelihood of a record, from the innovations of its filter.
-`score`
-    The score: how the likelihood changes with the covariances of the noises.
-`unknown_start`
-    A start of which nothing is known: the limit of wide ones.
-`autocovariances`
-    Autocovariances of the innovations of any stable gain.
-`identifiability`
-    Which changes of the noise covariances leave no trace in a record.
+"""The equations of identification in SymPy, a module for each page.
 
 A proof or a stage list of a record enters here.
 """

@@ -10,10 +10,12 @@ from sympy import Trace, symbols
 
 from matrixproof import Identity, Page, ZeroMatrix
 
-from .letters import C, R, Sigma_s, U_next, e_s_next, letters, n, p, x_s
+from .next_state import Sigma_s, U_next, e_s_next, letters, n, p, x_s
 
 m1, r = symbols("m_1 r", integer=True, nonnegative=True)
 letters = letters.here()
+C = letters("C", p, n, "what is measured")
+R = letters("R", p, p, "covariance of the measurement noise", symmetric=True)
 e_s = letters("e_s", n, 1, "its error")
 S_1 = letters("S_1", m1, p, "rows of the identity that pick the accurate outputs")
 Gamma_1 = letters("Gamma_1", n, m1, "the direction in which accurate outputs push")

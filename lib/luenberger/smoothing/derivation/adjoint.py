@@ -11,28 +11,31 @@ the equations are our own.
 
 from matrixproof import Identity, Page
 
-from .letters import (
+from .next_state import (
     As,
-    C,
     I,
     Omega_next,
-    R,
     Sigma,
     Sigma_s,
     Sigma_s_next,
+    corrects,
+    is_G,
+    is_T,
     k,
-    lamda_next,
     letters,
     n,
     p,
+    recursion,
     x,
     x_minus_next,
     x_s,
     x_s_next,
 )
-from .next_state import corrects, is_G, is_T, recursion
 
 letters = letters.here()
+C = letters("C", p, n, "what is measured")
+R = letters("R", p, p, "covariance of the measurement noise", symmetric=True)
+lamda_next = letters("lamda_next", n, 1, "what later rows say of the next prediction")
 x_minus = letters("x_minus", n, 1, "the filter's prediction")
 innovation = letters(
     "innovation", p, 1, "what the prediction leaves of the measurement"

@@ -12,20 +12,21 @@ from sympy import symbols
 from matrixproof import Page, ZeroMatrix
 
 from ...theory import regression
-from .adjoint import is_lamda_next
-from .letters import (
+from .adjoint import is_lamda_next, letters
+from .next_state import (
     Omega_next,
     Q,
+    apart,
     e,
     e_minus_next,
-    letters,
+    is_Q,
+    moves,
     n,
     p,
     w,
     x_minus_next,
     x_s_next,
 )
-from .next_state import apart, is_Q, moves
 
 pa = symbols("p_a", integer=True, nonnegative=True)
 letters = letters.here()

@@ -4,39 +4,39 @@ If the next state were known, it would be a measurement of this one.  What later
 say of this state they say of the next one, so the same gain serves.  Nothing in it is
 inverted: a gain is any solution of its equation.
 
+A plus below is the next instant; what has no mark is at one instant, i.  An `s` below
+is an estimate from the whole record, or its error.  Errors are estimate less truth.
+Process noise and its covariance are what is left once the measurement noise has told
+its part; the two are then independent.
+
 Source: Rauch, Tung and Striebel (1965) for the smoother; the equations are our own.
 """
 
-from matrixproof import Page, ZeroMatrix
+from sympy import symbols
+
+from matrixproof import Identity, Notation, Page, ZeroMatrix
 
 from ...theory import regression
-from .letters import (
-    SOURCE,
-    As,
-    G,
-    I,
-    Omega_next,
-    Q,
-    Sigma,
-    Sigma_s,
-    Sigma_s_next,
-    T,
-    U_next,
-    e,
-    e_minus_next,
-    e_s_next,
-    k,
-    letters,
-    n,
-    q,
-    w,
-    x,
-    x_minus_next,
-    x_s,
-    x_s_next,
-)
 
-letters = letters.here()
+n, p, k, q = symbols("n p k q", integer=True, nonnegative=True)
+letters = Notation()
+As = letters("As", n, n, "moves the error of an estimate to the next instant")
+Q = letters("Q", n, n, "covariance of the process noise that is left", symmetric=True)
+w = letters("w", n, 1, "process noise that is left")
+x = letters("x", n, 1, "the filter's estimate")
+x_minus_next = letters("x_minus_next", n, 1, "its prediction one step on")
+e = letters("e", n, 1, "error of the filter's estimate")
+e_minus_next = letters("e_minus_next", n, 1, "error of its prediction one step on")
+Sigma = letters("Sigma", n, n, "covariance of the estimate's error", symmetric=True)
+Omega_next = letters("Omega_next", n, n, "the same one step on", symmetric=True)
+x_s = letters("x_s", n, 1, "smoothed estimate")
+x_s_next = letters("x_s_next", n, 1, "smoothed estimate one step on")
+e_s_next = letters("e_s_next", n, 1, "its error one step on")
+Sigma_s = letters("Sigma_s", n, n, "covariance of its error", symmetric=True)
+Sigma_s_next = letters("Sigma_s_next", n, n, "the same one step on", symmetric=True)
+U_next = letters("U_next", n, n, "covariance of both errors, `E[e_s_next e_s']`")
+G = letters("G", n, n, "gain of a smoother")
+T = letters("T", n, n, "covariance of the next prediction's error and the estimate's")
 xt = letters("xt", n, 1, "state")
 xt_next = letters("xt_next", n, 1, "state one step on")
 X = letters("X", n, n, "any gain")
@@ -51,10 +51,10 @@ H_s_next = letters("H_s_next", n, k, "a factor of `Sigma_s_next`")
 kept = letters("kept", n, k, "what the gain leaves of `H`")
 drawn = letters("drawn", n, q, "what it lets in of the process noise")
 passed = letters("passed", n, k, "what it passes on from the next state")
-gone = ZeroMatrix(n, n)
+I, gone = Identity(n), ZeroMatrix(n, n)
 
 
-page = Page(letters=letters, source=SOURCE)
+page = Page(letters=letters, source="our own; Rauch, Tung and Striebel (1965)")
 
 page("""The filter's estimate errs by `e`. Its prediction of the next state errs by what
     the plant makes of `e`, less the process noise. Both errors are correlated.""")

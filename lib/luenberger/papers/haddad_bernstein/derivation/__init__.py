@@ -1,39 +1,4 @@
-"""The equations of Haddad and Bernstein (1987) in SymPy, in reading order.
-
-`augmented`
-    Plant and estimator as one system, and its second moment.
-`cost`
-    The cost, and the dual of the moment that gives it as well.
-`gradients`
-    The stationarity conditions: gradients of the Lagrangian.
-`mean_square`
-    Mean-square stability of plant and estimator: lemma 4.1, and the largest noise.
-`constant_parameter`
-    A parameter that is not known and does not change, beside one that is white noise.
-`stationarity`
-    The best estimator is an observer: from vanishing gradients to its four matrices.
-`projection`
-    The optimal projection: what the moments of the best estimator say.
-`equations`
-    The equations of the theorem, its cost, and what they leave of the moments.
-`remarks`
-    What is said beside the theorem: lemma 3.1, (3.19), (3.20) and the remarks.
-`full_order`
-    Full order: the projection is the identity, and the filter is Kalman's.
-`sensitivity`
-    The best output for given moments, and how everything moves with the gains.
-`one_basis`
-    One basis for both hats: what (3.17) asks for, and what it amounts to.
-`converse`
-    Do (3.14)-(3.17) imply stationarity?  Yes, if (3.17) is read as it is printed.
-`counterexamples`
-    Where a weaker form of the theorem goes wrong, in exact arithmetic.
-`stability`
-    Is an estimator built from (3.14)-(3.17) stable?
-`model_reduction`
-    H2 model reduction is a fixed-order filter of a plant that is its own noise.
-`errata`
-    What Haddad and Bernstein's pages print, or the scan leaves, and what holds.
+"""The equations of Haddad and Bernstein (1987) in SymPy, a module for each page.
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses

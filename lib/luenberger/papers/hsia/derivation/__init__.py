@@ -1,11 +1,4 @@
-"""The equations of Hsia (1974) in SymPy, in reading order.
-
-`laws`
-    Adaptive sampling: every law of Table II is the minimum of a cost per period.
-`loop`
-    Hsia's plant, and the loop that is closed all the time.
-`noise`
-    What noise on the plant becomes at instants that are not evenly spaced.
+"""The equations of Hsia (1974) in SymPy, a module for each page.
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses
