@@ -146,6 +146,15 @@ def test_what_a_journey_passes_is_there(journey):
         assert name in there, f"{path} has no {name}"
 
 
+@pytest.mark.parametrize("folder", sorted(PACKAGE.glob("**/derivation")))
+def test_a_front_door_names_its_pages_in_reading_order(folder):
+    door = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8")))
+    named = door.partition("In reading order:")[2].partition("\n\n")[0]
+    listed = re.findall(r"`(\w+)`", named)
+    pages = {path.stem for path in folder.glob("*.py")} - {"__init__", "letters"}
+    assert len(listed) == len(set(listed)) and set(listed) == pages
+
+
 @pytest.mark.parametrize(
     ("source", "found"),
     [

@@ -35,9 +35,8 @@ def modules(paper):
     found = []
     for room in evidence.ROOMS:
         front = import_module(evidence.package(room))
-        for name in re.findall(r"^`(\w+)`$", inspect.getdoc(front), flags=re.M):
-            if name.endswith("letters"):  # each page shows those that it uses
-                continue
+        named = inspect.getdoc(front).partition("In reading order:")[2]
+        for name in re.findall(r"`(\w+)`", named.partition("\n\n")[0]):
             if paper_of(evidence.module(f"{room}.{name}")) == paper:
                 found.append(f"{room}.{name}")
     return found

@@ -59,7 +59,7 @@ class ProofAndCode(SphinxDirective):
         module, _, function = rest.partition(".")
         loaded = import_module(f"luenberger.papers.{paper}.derivation.{module}")
         if function:
-            return [step(getattr(loaded, function)())]
+            return [step(getattr(loaded, function))]
         return [step(loaded.page.steps[title])]
 
 

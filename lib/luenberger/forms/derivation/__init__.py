@@ -1,4 +1,6 @@
-"""The equations of an observer in other coordinates in SymPy, a module for each page.
+"""The equations of an observer in other coordinates in SymPy.
+
+In reading order: `change`, `combinations`, `gramians`.
 
 A proof or a stage list of a change of coordinates enters here.
 """

@@ -1,4 +1,7 @@
-"""The equations of identification in SymPy, a module for each page.
+"""The equations of identification in SymPy.
+
+In reading order: `likelihood`, `score`, `unknown_start`, `autocovariances`,
+`identifiability`.
 
 A proof or a stage list of a record enters here.
 """

@@ -1,4 +1,6 @@
-"""The equations of smoothing in SymPy, a module for each page.
+"""The equations of smoothing in SymPy.
+
+In reading order: `next_state`, `adjoint`, `disturbances`, `accurate_outputs`.
 
 A proof of smoothing enters here.  What runs is in `filtering.passes`, `backward` and
 `rts`, and `filtering.back`.  It uses `matrixproof`; the filter's own pass is in

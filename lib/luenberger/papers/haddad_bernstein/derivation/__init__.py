@@ -1,4 +1,8 @@
-"""The equations of Haddad and Bernstein (1987) in SymPy, a module for each page.
+"""The equations of Haddad and Bernstein (1987) in SymPy.
+
+In reading order: `augmented`, `cost`, `gradients`, `mean_square`, `constant_parameter`,
+`stationarity`, `projection`, `equations`, `remarks`, `full_order`, `sensitivity`,
+`one_basis`, `converse`, `counterexamples`, `stability`, `model_reduction`, `errata`.
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses

@@ -1,4 +1,6 @@
-"""The equations of Kawazoe (1978) in SymPy, a module for each page.
+"""The equations of Kawazoe (1978) in SymPy.
+
+In reading order: `form`, `reconstruction`, `deadbeat`, `errata`.
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses

@@ -1,4 +1,10 @@
-"""The equations of Leondes and Novak (1974) in SymPy, a module for each page.
+"""The equations of Leondes and Novak (1974) in SymPy.
+
+In reading order: `stochastic_system`, `huddle`, `correlated_noise`, `coordinates`,
+`quadratic`, `canonical_gain`, `start`, `any_observer`, `known_input`, `measured_input`,
+`uniqueness`, `best_coordinates`, `steady_gain`, `settled_ratio`, `limiting_cases`,
+`estimate`, `brammer`, `tracking`, `missing_outputs`, `factored`, `square_root`,
+`noise_factors`, `side_by_side`, `errata`.
 
 A proof or a stage list of this paper enters here; of a stage list, its `StageList`
 stands below, so that nobody loads SymPy only to name it.  It uses
