@@ -15,12 +15,21 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from .families import (
+    in_turn,
+    refuse_captured,
+    scaled,
+    settled,
+    sums,
+)
+from .families import product as joined
 from .symbols import (
     BlockMatrix,
     Identity,
     MatrixProduct,
     MatrixSum,
     MatrixSymbol,
+    Member,
     Own,
     Symmetric,
     ZeroMatrix,
@@ -131,7 +140,7 @@ class Polynomial(Sum):
         if not same_size(self.shape[1], other.shape[0]):
             raise ShapeError(f"cannot multiply {self.shape} by {other.shape}")
         pairs = (
-            (v + w, c * d)
+            joined(v, c, w, d)
             for v, c in self.terms.items()
             for w, d in other.terms.items()
         )
@@ -330,7 +339,7 @@ def product(left, right):
     return grid[0][0] if len(grid) == len(grid[0]) == 1 else Blocks(left.algebra, grid)
 
 
-KINDS = MatrixSymbol, Own, Symmetric, sp.MatrixSymbol  # of letters
+KINDS = MatrixSymbol, Member, Own, Symmetric, sp.MatrixSymbol  # of letters
 
 
 class Algebra:
@@ -363,7 +372,7 @@ class Algebra:
 
     def reduced(self, pairs: Terms) -> Terms:
         """(word, coefficient) pairs in which what meets its own inverse is gone."""
-        return ((cancelled(word), c) for word, c in pairs)
+        return settled((cancelled(word), c) for word, c in pairs)
 
     def reduced_cyclically(self, pairs: Terms) -> Terms:
         """The same for traces: modulo cyclic shift and transposition."""
@@ -371,9 +380,16 @@ class Algebra:
             short = cancelled(word, cyclic=True)
             if short:
                 turned = rotations(short) + rotations(self.flipped(short))
-                yield min(turned, key=spelling), c
+                if len(sums(c)) > 1:  # an index is named where it occurs first
+                    yield min((in_turn(w, c) for w in turned), key=of_word)
+                else:
+                    yield min(turned, key=spelling), c
             else:  # the trace of what has become the identity is its size
                 yield short, c * word[0].rows if word else c
+
+    def depends(self, atom: sp.MatrixSymbol) -> set[str]:
+        """The indices on which a letter depends."""
+        return {atom.index} if isinstance(atom, Member) else set()
 
     def spelled(self, expr: Formula) -> Formula:
         """An expression as it is shown; nothing stands for anything else here."""
@@ -442,13 +458,15 @@ class Algebra:
             a = self.normal(a)
             if total is None:
                 total = a
-            elif isinstance(total, Blocks) or isinstance(a, Blocks):
+                continue
+            refuse_captured(total, a)
+            if isinstance(total, Blocks) or isinstance(a, Blocks):
                 total = product(total, a)
             else:
                 total = total @ a
         if scale.has(sp.Trace):
             raise TypeError("a trace times a matrix has no normal form")
-        return scale * total
+        return scaled(scale, total)
 
     def _power(self, base, exponent):
         if not exponent.is_Integer or exponent == 0:
@@ -456,6 +474,7 @@ class Algebra:
         factor = self._inverted(base) if exponent < 0 else self.normal(base)
         total = factor
         for _ in range(abs(int(exponent)) - 1):
+            refuse_captured(total, factor)
             total = total @ factor
         return total
 
@@ -485,7 +504,7 @@ class Algebra:
             return Traces(self, [((), expr)])
         if len(traces) > 1 or not isinstance(traces[0], (sp.Trace, sp.Add)):
             raise TypeError(f"not linear in traces: {expr}")
-        return (expr / traces[0]) * self._scalar(traces[0])
+        return scaled(expr / traces[0], self._scalar(traces[0]))
 
     # -- calculus ---------------------------------------------------------------
 
@@ -528,3 +547,8 @@ class Algebra:
             pairs.append((rest if word[i].transposed else self.flipped(rest), c))
         found = Polynomial(self, pairs, X.shape)
         return sp.S.Half * (found + found.T) if X in self.symmetric else found
+
+
+def of_word(pair):
+    """The spelling of the word of a (word, coefficient) pair."""
+    return spelling(pair[0])

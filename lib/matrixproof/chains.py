@@ -88,6 +88,13 @@ def chains_behind(chains: Iterable[Any]) -> Iterator[Any]:
             seen.add(id(chain))
             yield chain
             waiting += [r.chain for r in chain.relations if isinstance(r, Result)]
+            waiting += [x for line in chain.lines for x in proved_by(line)]
+
+
+def proved_by(line):
+    """The base and the step of an induction; nothing, of other lines."""
+    both = getattr(line, "base", None), getattr(line, "step", None)
+    return [chain for chain in both if chain is not None]
 
 
 def foundation(chains: Iterable[Any], cited: Iterable[Relation] = ()) -> Foundation:
@@ -98,6 +105,8 @@ def foundation(chains: Iterable[Any], cited: Iterable[Relation] = ()) -> Foundat
     )
     relations = [r for r in cited if not isinstance(r, Result)]
     relations += [r for c in every for r in c.relations if not isinstance(r, Result)]
+    shown = [line.statement for c in every for line in c.lines if proved_by(line)]
+    relations = [r for r in relations if r not in shown]
     expressions = [e for chain in every for e in chain.expressions]
     expressions += [e for r in relations for e in r.expressions]
     inverted = [x for e in expressions for x in parts(plain(e)).inverted]

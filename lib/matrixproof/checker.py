@@ -3,7 +3,9 @@
 A certificate is a sum of terms `(c, u, fact, v)`; each stands for c u (l - r) v, where
 l = r is a given relation, a defining equation of an inverse, a symmetry, or one of
 these transposed; or p q = c I the other way round, a lemma about square p and q; or it
-says that a 1 x 1 matrix is a number.  In a claim about traces a term stands for the
+says that a 1 x 1 matrix is a number.  A coefficient may have signs of sums over an
+index; what is summed once is not summed again, and what a sum is multiplied by does not
+depend on its index.  In a claim about traces a term stands for the
 trace of that, and two more kinds say that the trace is cyclic and does not change by
 transposition.  The claim is proved when its left side less its right side, less all
 terms, has no word left.  Words are tuples of letters (name, transposed).
@@ -19,9 +21,11 @@ def complaints(statement, claim, certificate):
     try:
         (shape, left), (other, right) = equation(statement, claim, certificate)
         parts = [(shape, 1, (), left, (), shape), (other, -1, (), right, (), shape)]
+        scoped(statement, 1, (), left), scoped(statement, 1, (), right)
         for c, u, name, v in certificate:
             inner, terms = fact(statement, name, u, v)
             outside = ((), ()) if name[0] in ("cyclic", "turned") else (u, v)
+            scoped(statement, c, outside[0] + outside[1], terms)
             parts.append((inner, -c, outside[0], terms, outside[1], shape))
         rest = {}
         for inner, c, u, terms, v, whole in parts:
@@ -45,6 +49,34 @@ def equation(statement, claim, certificate):
         raise ValueError("a lemma rests on itself")
     p, q, c = statement.lemmas[claim]
     return times(p, q), (p[0], {(): c})
+
+
+def scoped(statement, c, outside, terms):
+    """Refuse what no sum over an index says, of c times terms within two words.
+
+    Read for one member, a term without the sign of the sum is what it is for that
+    member, and a term with it is the sum of what it is for each.
+    """
+    for sign, names in statement.sums.items():
+        inside = max((degree(d, sign) for d in terms.values()), default=0)
+        if inside + degree(c, sign) > 1:
+            raise ValueError(f"{sign} within {sign}, or divided by")
+        if inside and any(name in names for name, _ in outside):
+            raise ValueError(f"{sign} does not reach all that depends on its index")
+
+
+def degrees(statement, c):
+    """Whether a coefficient has a sign of a sum."""
+    return any(degree(c, sign) for sign in statement.sums)
+
+
+def degree(c, sign):
+    """In which power a sign is in a coefficient; 2 if in none that is whole."""
+    c = sp.sympify(c)
+    if not c.has(sign):
+        return 0
+    c = sp.cancel(c)
+    return sp.degree(c, sign) if c.is_polynomial(sign) else 2
 
 
 def vanishes(c):
@@ -79,6 +111,9 @@ def fact(statement, name, u, v):
         joined([p[0], p[0], q[0], q[0]])
         if sp.sympify(c).is_zero is not False:
             raise ValueError(f"{c} may be zero")
+        signs = [d for d in (*p[1].values(), *q[1].values()) if degrees(statement, d)]
+        if signs:
+            raise ValueError(f"{signs[0]} in a lemma")
         (shape, left), right = times(q, p), {(): c}
     elif kind == "number":  # 1 x 1: a = a', a b = b a
         (a, b), shape = key, (1, 1)

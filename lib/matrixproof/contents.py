@@ -9,7 +9,7 @@ from typing import NamedTuple
 import sympy as sp
 
 from .exact import base_of_inverse
-from .words import plain
+from .families import alike
 
 KEPT = 20_000  # expressions of which it is kept what is in them
 
@@ -45,7 +45,7 @@ def is_partial(power):
 @lru_cache(KEPT)
 def unknowns(expr):
     """Symbols that need a value, sizes included; an inverse counts as a symbol."""
-    found, waiting = set(), [plain(expr)]
+    found, waiting = set(), [alike(expr)]
     while waiting:
         node = waiting.pop()
         inner = base_of_inverse(node)
@@ -68,7 +68,7 @@ def monomials(expr):
     does not count.  A scalar with a negative exponent is listed twice, because no
     equation is linear in it.
     """
-    expr = plain(expr)
+    expr = alike(expr)
     inner = base_of_inverse(expr)
     if inner is not None:
         return {(("inverse", inner),) * -int(expr.exp)}
@@ -79,6 +79,8 @@ def monomials(expr):
     if isinstance(expr, (sp.MatPow, sp.Pow)):
         whole = expr.exp.is_Integer and expr.exp.is_nonnegative
         return crossed([monomials(expr.base)] * (int(expr.exp) if whole else 2))
+    if isinstance(expr, (sp.Determinant, sp.log)):  # of no low degree
+        return crossed([monomials(expr.args[0])] * 2)
     if isinstance(expr, sp.MatrixBase):
         return set().union({()}, *(monomials(x) for x in expr))
     if isinstance(expr, (sp.MatMul, sp.Mul)):

@@ -13,7 +13,7 @@ import sympy as sp
 
 from .contents import KEPT
 from .relations import Moment, Relation, Result
-from .symbols import Symmetric
+from .symbols import Over, Symmetric
 from .words import Formula, plain
 
 Tied = dict[Any, Relation]  # by which relation each letter moves
@@ -30,7 +30,7 @@ def letters(expr: Formula) -> frozenset[Any]:
     """
     matrices = expr.atoms(sp.MatrixSymbol)
     sizes = {s for m in expr.atoms(sp.MatrixExpr) for d in m.shape for s in symbols(d)}
-    return frozenset(matrices | (expr.atoms(sp.Symbol) - sizes))
+    return frozenset(matrices | (expr.atoms(sp.Symbol) - sizes - expr.atoms(Over)))
 
 
 def declared(symmetric: Iterable[Any], items: Iterable[Any]) -> tuple[Any, ...]:

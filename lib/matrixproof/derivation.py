@@ -21,6 +21,7 @@ from .chains import Chain, Foundation, chains_behind, foundation, framed
 from .dependence import behind, hidden, letters, sides
 from .deriving import Derived
 from .explicit import Claim, Construction, Counterexample, Explicit, Positive
+from .induction import Induced
 from .instances import Instance
 from .lines import bare_number, numbered
 from .page_model import impossible
@@ -372,6 +373,68 @@ class Page(Derivation):
     def chain(self, *said: Any, **more: Any) -> Chain:
         """Write a chain in the letters of the page, as `Notation.chain` makes it."""
         return self(self.letters.chain(*said, **more))
+
+    def induction(
+        self,
+        number: str,
+        says: str,
+        statement: Relation,
+        *,
+        base: Chain,
+        step: Chain,
+        first: Mapping[Any, Any],
+        then: Mapping[Any, Any],
+    ) -> Chain:
+        """Write that a statement holds at every k: at the first, and from k on.
+
+        Parameters
+        ----------
+        number, says : str
+            As for a `Chain`.
+        statement : Relation
+            What is claimed of k, as it was supposed in the scope of the step.
+        base : Chain
+            It proves the statement at the first k.
+        step : Chain
+            It supposes the statement, and proves it one step on.
+        first, then : dict of letter to expression
+            What the letters that depend on k are at the first k, and one step on.
+
+        Returns
+        -------
+        Chain
+            Its end may be cited at any k.  What the base and the step rest on is said
+            for every k.
+
+        Examples
+        --------
+        All powers of F take a vector that F does not move to itself.
+
+        >>> from sympy import symbols
+        >>> from matrixproof import Line, Notation, Page
+        >>> n = symbols("n", integer=True, positive=True)
+        >>> letters = Notation()
+        >>> F, F_k, F_next = (
+        ...     letters(name, n, n, "a power") for name in ("F", "F_k", "F_next")
+        ... )
+        >>> x = letters("x", n, 1, "a column")
+        >>> page = Page(letters=letters)
+        >>> stays = page(letters.suppose(F * x, x))
+        >>> more = page(letters.let(F_next, F * F_k))
+        >>> one = page.chain("", "F does not move it", F * x, Line(x, by=[stays]))
+        >>> with page.scope(letters.suppose(F_k * x, x)) as so_far:
+        ...     next = page.chain(
+        ...         "", "one more", F_next * x, Line(x, by=[more, so_far, stays])
+        ...     )
+        >>> at = {"first": {F_k: F}, "then": {F_k: F_next}}
+        >>> page.induction("", "none moves it", so_far, base=one, step=next, **at)
+        none moves it
+          F_k x
+            = x  induction: F does not move it; one more  ✓
+        """
+        told = {"statement": statement, "base": base, "step": step}
+        line = Induced(statement.right, first=first, then=then, **told)
+        return self.chain(number, says, statement.left, line)
 
     def at(self, number: str, says: str, theorem: Chain, **letters: Any) -> Instance:
         """Write a theorem in the letters of the page, named as in `Chain.at`.

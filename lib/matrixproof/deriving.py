@@ -17,9 +17,10 @@ from .chains import Chain
 from .dependence import Scope, declared, letters
 from .lines import AtLeast, Cyclic, Line, Substitute, cited_text, follows
 from .operators import Differential, Expect, Gradient, Moments, Transposed, as_traces
+from .orders import prove_at_least, root_of
 from .proofs import prove
 from .relations import Relation, named
-from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
+from .symbols import MatrixProduct, MatrixSum, Over, Own, ZeroMatrix, plus
 from .terms import (
     Pattern,
     as_before,
@@ -61,6 +62,25 @@ class Solved(Relation):
         if show is latex:
             return rf"\quad \text{{if }} {taken} \text{{ can be inverted}}"
         return f", if {taken} can be inverted"
+
+
+@dataclass(frozen=True, repr=False)
+class ForEvery(Relation):
+    """An equation between coefficients of a letter that may be anything.
+
+    Attributes
+    ----------
+    every : MatrixSymbol
+        The letter: the equation is needed, and enough, for every value of it.
+    """
+
+    every: Formula = None
+
+    def condition(self, show: Show) -> str:
+        """For what it is, in words."""
+        if show is latex:
+            return rf"\quad \text{{for every }} {latex(self.every)}"
+        return f", for every {show(self.every)}"
 
 
 def derive(
@@ -193,8 +213,9 @@ class Derived(Chain):
                 which = " or ".join(map(text, meant))
                 raise ValueError(f"the line has no letter {which}")
             right = put_in(right, meant)
-        blocks = any(sp.sympify(e).has(sp.BlockMatrix) for e in (self.right, right))
-        return self._then((Substitute if blocks else Line)(right, by))
+        put = any(sp.sympify(e).has(sp.BlockMatrix) for e in (self.right, right))
+        twice = any(repeated(self.right, r) for r in by)
+        return self._then((Substitute if put or twice else Line)(right, by))
 
     def use(self, *relations: Any) -> Derived:
         """Relations used from left to right: what is their left side is replaced.
@@ -355,7 +376,7 @@ class Derived(Chain):
         """What multiplies each of these last factors, in brackets.
 
         Where the last factors can be anything, as a state and an input can, and the
-        line must vanish, each of its `brackets` must vanish.
+        line must vanish, each of its `brackets` must vanish: `vanishing` says so.
 
         Examples
         --------
@@ -378,6 +399,75 @@ class Derived(Chain):
         if right == self.right:  # and has its brackets
             return replace(self, brackets=brackets)
         return self._then(Line(right, why=why), brackets)
+
+    def vanishing(self, *numbers: str) -> tuple[Relation, ...]:
+        """That each bracket is zero, as relations that can be cited.
+
+        Together they say that the line is the same whatever was collected is.  What has
+        a minus in a bracket stands on the right.
+
+        Parameters
+        ----------
+        *numbers : str
+            Those of the relations, in the order in which was collected.
+
+        Raises
+        ------
+        ValueError
+            What was collected is not free: it is no letter, a bracket has it, or
+            something known ties it to another letter.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> A, B, T, G, x, u = letters("A:n*n B:n*m T:r*n G:r*m x:n u:m")
+        >>> line = derive(T * A * x + T * B * u - G * u).collect(x, u)
+        >>> for found in line.vanishing("9", "10"):
+        ...     print(found)
+        Suppose (9) T A = 0, for every x
+        Suppose (10) T B = G, for every u
+        """
+        if not self.brackets:
+            raise ValueError("nothing was collected: collect(x, u) before")
+        equations = []
+        for v, b in self.brackets.items():
+            terms = self._algebra().normal(b).terms.items()
+            halves = [(w, c) for w, c in terms if not negative(c)]
+            across = [(w, -c) for w, c in terms if negative(c)]
+            sides = (summed(x, *b.shape) for x in (halves, across))
+            equations.append((*sides, v))
+        return self._for_every(equations, numbers)
+
+    def _for_every(self, equations, numbers, mend=""):
+        """Relations (left, right, of what) that hold for all of what is compared.
+
+        What is compared must be letters that differ, of which nothing else in the
+        equations is one, and that nothing known ties to anything.
+        """
+        equations = list(equations)
+        columns = [v for _, _, v in equations]
+        for v in columns:
+            if not isinstance(v, sp.MatrixSymbol):
+                said = f"{text(v)} is no letter, so it may not be anything"
+                raise ValueError(said + mend)
+        inside = {x for a, b, _ in equations for e in (a, b) for x in letters(plain(e))}
+        if caught := inside & set(columns):
+            x = text(min(caught, key=str))
+            raise ValueError(
+                f"{x} is not free: a coefficient that is compared has it, so that "
+                "others may do as well"
+            )
+        scope = Scope([*self.known, *self.relations])
+        for v in columns:
+            if tied := scope.tied([v]).keys() & (inside | set(columns) - {v}):
+                x = min(tied, key=str)
+                said = cited_text(scope.tied([v])[x])
+                said = f"{text(v)} is not free: {said} ties it to {text(x)}"
+                raise ValueError(said + mend)
+        return tuple(
+            ForEvery(titled(k, a, b), a, b, every=v)
+            for (a, b, v), k in zip(equations, [*numbers, *[""] * len(equations)])
+        )
 
     def _tails(self, columns):
         """The line, {column: terms before it} for columns, and its other terms."""
@@ -595,11 +685,29 @@ in first, or say that it is held
         lines = Line(MatrixSum(left, moved), (zero,)), Line(right, (self.relation,))
         return Derived(number, says, left, lines, self.symmetric)
 
-    def match(self, form: Formula, *numbers: str) -> tuple[Relation, ...]:
-        """What the first factors of a form may be, so that it equals the line.
+    def match(
+        self, form: Formula, *numbers: str, enough: bool = False
+    ) -> tuple[Relation, ...]:
+        """What the first factors of a form are, so that it equals the line.
 
-        Terms that end alike are compared.  That is one way in which the form equals
-        the line, and there may be others.
+        Terms that end alike are compared.  That is needed if what they end with are
+        letters that may be anything, each whatever the others are; then the relations
+        say so.
+
+        Parameters
+        ----------
+        form : expression
+        *numbers : str
+            Those of the relations, in the order of the form.
+        enough : bool
+            The last factors need not be free: the relations are then one way in which
+            the form equals the line, and there may be others.
+
+        Raises
+        ------
+        ValueError
+            The last factors are not free, and `enough` does not say that one way will
+            do: one is no letter, or a first factor or something known depends on it.
 
         Examples
         --------
@@ -607,9 +715,9 @@ in first, or say that it is held
         >>> A, P, V, T, C, F, D = letters("A:n*n P:n*r V:n*p T:r*n C:p*n F:n*r D:n*p")
         >>> line = derive(A * P * T + A * V * C)
         >>> for found in line.match(F * T + D * C, "14", "15"):
-        ...     print(found.name)
-        (14) F = A P
-        (15) D = A V
+        ...     print(found)
+        Suppose (14) F = A P, for every T
+        Suppose (15) D = A V, for every C
         """
         words = [*self._algebra().normal(form).terms]
         columns = [MatrixProduct(1, *(x.as_expr() for x in w[1:])) for w in words]
@@ -617,12 +725,16 @@ in first, or say that it is held
         if rest:
             said = text(summed(rest, *value.shape))
             raise ValueError(f"{said} in the line ends like no term of {text(form)}")
-        found = []
-        for w, v, k in zip(words, columns, [*numbers, *[""] * len(words)]):
-            unknown = w[0].as_expr()
-            right = summed(groups[v], *unknown.shape)
-            found.append(Relation(titled(k, unknown, right), unknown, right))
-        return tuple(found)
+        unknowns = [w[0].as_expr() for w in words]
+        rights = [summed(groups[v], *x.shape) for v, x in zip(columns, unknowns)]
+        if not enough:
+            mend = "; say enough=True where one way will do"
+            return self._for_every(zip(unknowns, rights, columns), numbers, mend)
+        numbers = (*numbers, *[""] * len(words))
+        return tuple(
+            Relation(titled(k, a, b), a, b)
+            for a, b, k in zip(unknowns, rights, numbers)
+        )
 
     def square(self, K: Formula, solved: Any) -> Derived:
         """A quadratic in a letter, completed to a square around a solution.
@@ -706,6 +818,38 @@ in first, or say that it is held
             right = plus(*rest)
         return self._then(AtLeast(right, tuple(by[M] for M in used), root=root))
 
+    def at_least(self, right: Formula, *relations: Any) -> Derived:
+        """What the machine finds the line to be at least, by some of these relations.
+
+        The difference is a sum of squares; the machine finds it.
+
+        Parameters
+        ----------
+        right : expression
+        *relations : Relation, pair or Chain
+            What `orders.at_least` says among them.
+
+        Raises
+        ------
+        Unproved
+            No sum of squares was found; with a counterexample, if one was.
+
+        Examples
+        --------
+        >>> from matrixproof import derive, letters
+        >>> from matrixproof.orders import at_least
+        >>> A, P, Q = letters("A:n*n P:n*n= Q:n*n=")
+        >>> print(derive(A * P * A.T).at_least(A * Q * A.T, at_least(P, Q)))
+          A P A'
+            ≥ A Q A'  A L_P_Q (A L_P_Q)' ≥ 0, P ≥ Q  ✓
+        """
+        given = named(relations)
+        symmetric = self._algebra(right, *given).symmetric
+        cited = prove_at_least(self.right, right, given, symmetric).cited
+        needed = tuple(r for r in given if r.name in cited)
+        root, _ = root_of(self.right, right, needed, symmetric)
+        return self._then(AtLeast(right, needed, root=root))
+
 
 def scalar_factors(expr):
     """A number in factors, a minus in front of them put into a bracket."""
@@ -729,6 +873,12 @@ def meanings(relation):
         if isinstance(old, (sp.MatrixSymbol, sp.Symbol)):
             found.setdefault(old, new)
     return found
+
+
+def repeated(expr, relation):
+    """Whether a sum is put in more than once, each time with an index of its own."""
+    letter, means = relation
+    return plain(means).has(Over) and plain(expr).count(letter) > 1
 
 
 def titled(number, left, right):
@@ -900,7 +1050,7 @@ def square_root(term, roots, symmetric):
     half, odd = divmod(len(opened_), 2)
     flip = lambda x: x if x in symmetric else x.T  # noqa: E731
     turned = rotations(opened_) if inside is not term else [opened_]
-    for each in turned if number.is_positive and not odd else ():
+    for each in turned if number.is_nonnegative and not odd else ():
         if each[half:] == [flip(x) for x in reversed(each[:half])]:
             root = MatrixProduct(sp.sqrt(number), *each[:half])
             return root, tuple(dict.fromkeys(x for x in factors if x in roots))

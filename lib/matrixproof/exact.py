@@ -18,7 +18,8 @@ from math import isqrt
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .words import exact, plain
+from .families import alike
+from .words import exact
 
 # -- polynomials: {monomial: coefficient}, a monomial a sorted tuple of unknowns ----
 
@@ -166,7 +167,7 @@ class World:
 
     def value(self, expr):
         """The table of a matrix expression, the polynomial of a scalar one."""
-        expr = plain(expr)
+        expr = alike(expr)
         if isinstance(expr, (MatrixExpr, sp.MatrixBase)):
             return self._table(expr)
         return self._scalar(expr)
@@ -238,12 +239,30 @@ class World:
             return fold(poly_times, [self._scalar(a) for a in expr.args])
         if isinstance(expr, sp.Trace):
             return trace(self._table(expr.arg))
+        if isinstance(expr, sp.Determinant):
+            return self._determinant(expr.arg)
+        if isinstance(expr, sp.log):
+            return self._logarithm(expr.args[0])
         if isinstance(expr, sp.Symbol):
             size = self.sizes.get(expr)
             return self.of[expr] if size is None else constant(size)
         if isinstance(expr, sp.Pow):
             return self._scalar_power(*expr.args)
         return constant(rational(expr))
+
+    def _determinant(self, matrix):
+        table = self._table(matrix)
+        if any(set(x) - {()} for row in table for x in row):
+            raise ArithmeticError(f"the determinant of {matrix} has unknown entries")
+        return constant(rational(as_matrix(table, self.shape(matrix)).det()))
+
+    def _logarithm(self, inner):
+        """Of a number, as a sum of those of primes, which are unknowns of their own."""
+        value = self._scalar(inner)
+        number = sp.Rational(value.get((), 0))
+        if set(value) - {()} or number <= 0:
+            raise ArithmeticError(f"the logarithm of {inner} is no number")
+        return {((-1, p, 0),): k for p, k in sp.factorrat(number).items()}
 
     def _scalar_power(self, base, exponent):
         value, exponent = self._scalar(base), exponent.subs(self.sizes)

@@ -18,6 +18,7 @@ from .proofs import Unproved, attempted, prove
 from .prose import FORMULA, as_latex, plain
 from .relations import Reasons, Relation, named, refuse_means
 from .rewriting import Contradiction
+from .symbols import MatrixProduct, Over
 from .terms import opened
 from .typeset import WIDEST, Show, latex, pieces, text, width
 from .words import Formula, ShapeError, Symbols
@@ -518,6 +519,15 @@ class AtLeast(Line):
         faults = self.unreal()
         return Gap(why=faults[0]) if faults else super().gap(left, cited, symmetric)
 
+    @property
+    def square(self) -> Formula:
+        """The root times its transpose, a number in front."""
+        number, factors = sp.S.One, [self.root]
+        if isinstance(self.root, sp.MatMul):
+            number, factors = self.root.as_coeff_matrices()
+        half = MatrixProduct(*factors)
+        return MatrixProduct(number**2, half, half.T)
+
     def unreal(self) -> list[str]:
         """A complaint about each number in the root that may not be real."""
         return [
@@ -532,7 +542,7 @@ class AtLeast(Line):
         ]
 
     def equation(self, left: Formula) -> tuple[Formula, Formula]:
-        square = self.root * self.root.T
+        square = self.square
         if not isinstance(left, MatrixExpr) and not hasattr(left, "shape"):
             square = sp.Trace(square)
         return left, self.right + self.side * square
@@ -541,6 +551,7 @@ class AtLeast(Line):
         turned = isinstance(self.root, sp.Transpose)
         other = self.root.arg if turned else sp.Transpose(self.root)
         square = sp.MatMul(self.root, other, evaluate=False)
+        square = self.square if self.root.has(Over) else square
         mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
         said = super().reason(show)
         joint = r",\; " if show is latex else ", "

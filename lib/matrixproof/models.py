@@ -37,7 +37,9 @@ from .exact import (
     search,
     transposed,
 )
+from .families import alike
 from .relations import Given, named
+from .symbols import Over
 from .words import Formula, Symbols, Values, denied, plain
 
 LARGEST = 3  # of the sizes that are tried, unless a power asks for more
@@ -70,14 +72,16 @@ class Setting:
         The other expressions in which a scalar is inverted or has a root.
     values : dict of symbol to matrix or number
         What is known before the search.
+    definite : bool
+        Symmetric letters are positive definite where nothing else is asked.
     """
 
-    def __init__(self, relations, symmetric, also=(), values=None):
-        self.relations = relations
+    def __init__(self, relations, symmetric, also=(), values=None, definite=True):
+        self.relations, self.definite = relations, definite
         self.symmetric = set(declared(symmetric, (*relations, *also)))
         self.values = values or {}
-        self.equations = [(plain(r.left), plain(r.right)) for r in relations]
-        also = [plain(side) for side in also]
+        self.equations = [(alike(r.left), alike(r.right)) for r in relations]
+        also = [alike(side) for side in also]
         self.partial = [side for side in also if parts(side).partial]
         sides = [s for pair in self.equations for s in pair] + also
         found = [parts(side) for side in sides]
@@ -227,6 +231,10 @@ class Attempt:
         if s in self.setting.values:
             known = self.setting.values[s]
             return constant(rational(known)) if shape is None else as_table(known)
+        if isinstance(s, Over):  # mostly one member, so that little is to be solved
+            aside = Random()
+            aside.setstate(self.random.getstate())
+            return constant(aside.choice((1, 1, 1, 2, 0)))
         if shape is None:
             return {((k, 0, 0),): 1}
         rows, cols = (self.world.size(d) for d in shape)
@@ -276,7 +284,8 @@ class Attempt:
             first = -degree[s] * by_degree, s in defined, s not in early
             return *first, late, mixed()
 
-        return sorted(self.setting.unknowns, key=key)
+        drawn = (s for s in self.setting.unknowns if not isinstance(s, Over))
+        return sorted(drawn, key=key)
 
     def _solve_linear(self, waiting, order):
         """Solve what is linear; a symbol that this determines leaves the order."""
@@ -323,7 +332,7 @@ class Attempt:
         rows = [[table]] if scalar else table
         entries = self.entries[s]
         if entries and not entries & set(self.system.solved):
-            if s in self.setting.symmetric:
+            if s in self.setting.symmetric and self.setting.definite:
                 self._draw_definite(rows)
             elif self.thin and self.random.random() < 0.7:
                 self._draw_thin(rows)
@@ -597,7 +606,11 @@ def evaluate(expr: Formula, values: Mapping[Any, Any]) -> Any:
     world = world_of(values)
     value = world.value(expr)
     if isinstance(value, dict):
-        return sp.Rational(value.get((), 0))
+        logs = {x: sp.log(x[1]) for m in value for x in m}
+        return sum(
+            (sp.Rational(c) * sp.Mul(*map(logs.get, m)) for m, c in value.items()),
+            sp.S.Zero,
+        )
     return as_matrix(value, world.shape(expr))
 
 

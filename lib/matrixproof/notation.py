@@ -12,10 +12,11 @@ import sympy as sp
 from .chains import Chain
 from .dependence import letters as inside
 from .deriving import Derived, begun
+from .families import over
 from .lines import Line
 from .names import BACK
 from .relations import Let, Moment, Relation, Steady
-from .symbols import MatrixSymbol, Symmetric
+from .symbols import MatrixSymbol, Member, Over, Symmetric
 from .typeset import text
 from .words import Formula, Size, Values, plain
 
@@ -56,10 +57,18 @@ class Notation:
         self.taken_over: frozenset[str] = frozenset()
 
     def __call__(
-        self, name: str, rows: Size, cols: Size, meaning: str, symmetric: bool = False
+        self,
+        name: str,
+        rows: Size,
+        cols: Size,
+        meaning: str,
+        symmetric: bool = False,
+        index: str = "",
+        family: str = "",
     ) -> MatrixSymbol:
-        """A new letter."""
-        symbol = self._new(MatrixSymbol(name, rows, cols), meaning)
+        """A new letter; with an index, for each member of a family."""
+        made = Member(name, rows, cols, index, family) if index else None
+        symbol = self._new(made or MatrixSymbol(name, rows, cols), meaning)
         if symmetric:
             self.symmetric += (symbol,)
         return symbol
@@ -186,6 +195,7 @@ def letters(declared: str) -> tuple[Any, ...]:
     declared : str
         `A:n*m` is a matrix with n rows and m columns, `Q:n*n=` one that equals its
         transpose, `x:n` a column, `J:n-r*2p` has 2 p columns, and `t` is a number.
+        After `sum_i`, which is the sign of the sum over i, `B_i:n*m` is a family.
 
     Examples
     --------
@@ -201,6 +211,10 @@ def letters(declared: str) -> tuple[Any, ...]:
     taken, found = Notation(), []
     for item in declared.split():
         name, _, sizes = item.partition(":")
+        index = name.rpartition("_")[2]
+        if name.startswith("sum_"):
+            found.append(Over(name))
+            continue
         if not sizes:
             found.append(taken.scalar(name, item, real=True))
             continue
@@ -208,8 +222,11 @@ def letters(declared: str) -> tuple[Any, ...]:
         if len(shape) > 2:
             raise ValueError(f"{item!r} has {len(shape)} sizes: write {name}:n*m")
         shape += [sp.S.One] * (2 - len(shape))
-        made = Symmetric if item.endswith("=") else MatrixSymbol
-        found.append(taken._new(made(name, *shape), item))
+        if over(index) in found:
+            letter = Member(name, *shape, index)
+        else:
+            letter = (Symmetric if item.endswith("=") else MatrixSymbol)(name, *shape)
+        found.append(taken._new(letter, item))
     return tuple(found)
 
 

@@ -10,10 +10,11 @@ import sympy as sp
 
 from .algebra import Algebra, Blocks, Polynomial, Traces
 from .dependence import Scope, letters
+from .families import over, renamed, sums
 from .lines import Line, cited_text, words
 from .page_model import impossible
 from .relations import Moment, Reasons, named
-from .symbols import MatrixSymbol, Symmetric
+from .symbols import MatrixSymbol, Member, Symmetric, at
 from .typeset import Show, latex, text
 from .words import Formula, Symbols, kept, plain, rotations
 
@@ -306,7 +307,7 @@ class Expect(Operator):
 
     def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         moments = Moments(self.moments, symmetric)
-        if letters(plain(self.right)) & moments.random:
+        if {first(x) for x in letters(plain(self.right))} & moments.random:
             raise ValueError("the right side still has a random symbol")
         return moments.expectation(left).as_expr()
 
@@ -343,6 +344,13 @@ class Expect(Operator):
         return joint.join([*mine, rest] if rest else mine)
 
 
+def first(letter):
+    """A letter; of the members of a family, the one that stands for all."""
+    return (
+        at(letter, letter.index.rstrip("'")) if isinstance(letter, Member) else letter
+    )
+
+
 class Moments:
     """First and second moments of random symbols, put in one word at a time."""
 
@@ -356,7 +364,7 @@ class Moments:
                 raise ValueError(f"{text(relation.left)} is not one or two symbols")
             self.known[word] = relation, right
             self.known.setdefault(self.algebra.flipped(word), (relation, right.T))
-        self.random = {x.atom for word in self.known for x in word}
+        self.random = {first(x.atom) for word in self.known for x in word}
 
     def expectation(self, expr):
         """The normal form of E[expr]."""
@@ -365,14 +373,33 @@ class Moments:
         scalar = isinstance(value, Traces)
         total = Traces(self.algebra, []) if scalar else value.like([])
         for word, c in value.terms.items():
+            word, c = self._alike(self._turned(word) if scalar else word, c)
             if not word:
                 part = value.like([((), 1)])
-            elif scalar:
-                part = self._of(self._turned(word)).trace()
             else:
-                part = self._of(word)
+                part = self._of(word).trace() if scalar else self._of(word)
             total = total + c * part
         return total
+
+    def _alike(self, word, c):
+        """Of the sums over two members that are apart, the terms in which they are one.
+
+        The other terms vanish: that is what the moment of two different members says.
+        """
+        pair = [word[i] for i in self._places(word)]
+        if len(pair) != 2 or pair[0].atom == pair[1].atom:
+            return word, c
+        x, y = (z.atom for z in pair)
+        if not all(isinstance(z, Member) and over(z.index) in sums(c) for z in (x, y)):
+            return word, c
+        if x.index == y.index:
+            return word, c
+        apart = self.known.get(tuple(pair))
+        if apart is None or not apart[1].is_zero:
+            said = text(self._product(tuple(pair)).as_expr())
+            raise ValueError(f"it is not among the moments that E[{said}] = 0")
+        self.seen.append(apart[0])
+        return renamed(word, {y.index: x.index}), sp.cancel(c / over(y.index))
 
     def _turned(self, word):
         """A rotation of the word in which the random factors are neighbours."""
@@ -380,7 +407,7 @@ class Moments:
         return next((w for w in at if self._places(w)[0] == len(w) - 2), word)
 
     def _places(self, word):
-        return [i for i, x in enumerate(word) if x.atom in self.random]
+        return [i for i, x in enumerate(word) if first(x.atom) in self.random]
 
     def _of(self, word):
         places = self._places(word)

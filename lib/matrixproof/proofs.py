@@ -8,6 +8,7 @@ from typing import Any
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
+from . import determinants
 from .algebra import Algebra, Polynomial, Traces
 from .certificates import spelled_out
 from .checker import complaints
@@ -17,7 +18,7 @@ from .relations import Given, named, unfounded
 from .rewriting import Contradiction, Limit
 from .search import LIMITS, searches
 from .statements import Statement, read
-from .words import Formula, Symbols, Values, same_size
+from .words import Formula, Symbols, Values, plain, same_size
 
 
 @dataclass(frozen=True)
@@ -240,6 +241,9 @@ def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
     """
     given = named(given)
     symmetric = declared(symmetric, (left, right, *given))
+    sides = [sp.sympify(plain(side)) for side in (left, right)]
+    if any(side.has(sp.Determinant) for side in sides):
+        return determinants.attempted(*sides, given, symmetric)
     statement, free = read(left, right, given, symmetric)
     outcome = None
     for search in searches(statement, limits):
@@ -247,6 +251,9 @@ def attempted(left, right, given=(), symmetric=(), limits=LIMITS):
         if outcome == "proved":
             told = *certified(search), given, symmetric
             proof = Proof(left, right, *told)
+            if statement.sums and proof.faults():  # it took a sum for a number
+                outcome = "limit"
+                continue
             for found in KEEPING:
                 found.append(proof)
             return proof, search, free, outcome
@@ -283,8 +290,12 @@ def lemma(problem, p, q, c, node):
 def unproved(left, right, given, symmetric, search, free, outcome):
     """The exception, with what is left over and a counterexample if there is one."""
     refuse_traces(given, symmetric)
-    claim, rest = next((c, rest) for c, (rest, _) in search.targets.items() if rest)
-    over = normal_form(search.problem, free, claim, rest)
+    open_ = [(c, rest) for c, (rest, _) in search.targets.items() if rest]
+    if open_:
+        over = normal_form(search.problem, free, *open_[0])
+    else:  # it would hold if the signs of sums were numbers
+        over = free.normal(left) - right
+    claim = open_[0][0] if open_ else "claim"
     complete = outcome == "complete"
     if complete:
         why = "it does not follow from these relations by rewriting"

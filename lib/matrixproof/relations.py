@@ -4,8 +4,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
+from .symbols import Member, shown
 from .typeset import Show, latex, text
-from .words import Formula, Symbols
+from .words import Formula, Symbols, plain
 
 
 @dataclass(frozen=True, repr=False)
@@ -103,7 +104,13 @@ class Moment(Relation):
 
     def show(self, show: Show) -> str:
         E = r"\mathrm{E}" if show is latex else "E"
-        return f"{E}[{show(self.left)}] = {show(self.right)}"
+        says = f"{E}[{show(self.left)}] = {show(self.right)}"
+        apart = [shown(x.index) for x in plain(self.left).atoms(Member)]
+        if len(set(apart)) < 2:
+            return says
+        i, j = sorted(set(apart))
+        unlike = rf",\; {i} \ne {j}" if show is latex else f" ({i} ≠ {j})"
+        return says + unlike
 
 
 @dataclass(frozen=True, repr=False)

@@ -16,6 +16,7 @@ from sympy import Pow
 
 from .algebra import Algebra, Blocks, Polynomial, Traces, same
 from .contents import is_partial, parts
+from .families import degree, left_open, scopes, settled, shown, sums
 from .relations import named, refuse_means
 from .symbols import Identity, Own
 from .words import Letter, ShapeError, exact, plain, same_shape, same_size
@@ -37,6 +38,8 @@ class Statement:
     sizes : dict of str to (rows, columns)
     lemmas : dict of str to (p, q, c)
         Square sides with p q = c I, proved on the way; then q p = c I.
+    sums : dict of number to frozenset of str
+        The signs of sums over an index, and the letters that depend on it.
     """
 
     claims: dict
@@ -45,6 +48,7 @@ class Statement:
     symmetric: frozenset = frozenset()
     sizes: dict = field(default_factory=dict)
     lemmas: dict = field(default_factory=dict)
+    sums: dict = field(default_factory=dict)
 
     @property
     def every_side(self):
@@ -76,12 +80,19 @@ class Free(Algebra):
         self.composites = {}  # symbol: (the expression it stands for, its value)
         self.partitioned = {}  # expression: the blocks of its inverse, its value
         self.names, self.inverses = {}, {}
+        self.indices = {}  # of the blocks of an inverse
         self.made = set()  # the names of our own symbols
 
     def reduced(self, pairs):
-        return pairs
+        return settled(pairs)
 
     reduced_cyclically = reduced
+
+    def depends(self, atom):
+        """The indices on which a letter depends; an inverse, on those of its base."""
+        if atom in self.composites:
+            return left_open(self.composites[atom][1])
+        return self.indices.get(atom) or super().depends(atom)
 
     def spelled(self, expr):
         """An expression with its composites written out."""
@@ -123,7 +134,10 @@ class Free(Algebra):
                 f"({base})^-1[{i + 1},{j + 1}]", (value.rows[i], value.cols[j])
             )
             k = range(len(value.rows))
-            grid = [[self.normal(block(i, j)) for j in k] for i in k]
+            symbols = [[block(i, j) for j in k] for i in k]
+            inside = left_open(value)
+            self.indices |= {s: inside for row in symbols for s in row}
+            grid = [[self.normal(s) for s in row] for row in symbols]
             self.partitioned[base] = (Blocks(self, grid), value)
         return self.partitioned[base][0]
 
@@ -152,6 +166,12 @@ class Free(Algebra):
     def side(self, value):
         """(shape, {word: coefficient}) of a normal form."""
         shape = None if isinstance(value, Traces) else value.shape
+        for s in (s for c in value.terms.values() for s in sums(c)):
+            if any(degree(c, s) > 1 for c in value.terms.values()):
+                raise ValueError(
+                    f"there is a sum over {shown(s.index)} within another, or it is "
+                    "divided by: use another index"
+                )
         plain = {
             tuple((self.name(x), x.transposed) for x in word): c
             for word, c in value.terms.items()
@@ -215,7 +235,9 @@ def read(left, right, given=(), symmetric=()):
             raise ShapeError(f"{s} of shape {s.shape} is not symmetric")
     told = frozenset(free.name(Letter(s)) for s in symmetric)
     sizes = {name: tuple(atom.shape) for (atom, _), name in free.names.items()}
-    return Statement(claims, known, inverses, told, sizes), free
+    every = (left, right, *(side for relation in given for side in relation))
+    families = scopes(free, *every)
+    return Statement(claims, known, inverses, told, sizes, sums=families), free
 
 
 def sound(*sides):
@@ -402,6 +424,8 @@ class Problem:
         if isinstance(c, (int, Fraction)):
             return bool(c)
         c = sp.factor(self.coefficient(c))
+        if c.free_symbols & set(self.statement.sums):
+            return True  # for now: no certificate with it below is taken
         free = not self.statement.given and not c.free_symbols & self.sizes
         return c != 0 if free else c.is_zero is False
 

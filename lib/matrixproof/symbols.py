@@ -10,7 +10,10 @@ have been put in.
 
 from __future__ import annotations
 
+from typing import Any
+
 import sympy as sp
+from sympy.core.symbol import Str
 from sympy.matrices.expressions.matexpr import MatrixExpr
 from sympy.printing.precedence import PRECEDENCE
 
@@ -40,6 +43,10 @@ class Operators:
         )
 
     def __mul__(self, other):
+        if isinstance(other, MatrixExpr) and closed(self, [other]):
+            if other.has(Over):
+                return MatrixProduct(self, other)
+            return MatrixProduct(*self.args, other)  # the sum goes on to the right
         return MatrixProduct(self, other)
 
     def __rmul__(self, other):
@@ -124,6 +131,83 @@ class Own(MatrixSymbol):
     """A letter that an algebra makes: equal to none of yours, whatever it is called."""
 
 
+class Member(MatrixSymbol):
+    """A letter with an index: it stands for each member of a family.
+
+    Parameters
+    ----------
+    name : str
+        As programs know it.
+    n, m : int or expression
+        Rows and columns, of every member.
+    index : str
+    family : str
+        Its name on a page, without the index.  The name `A_i` has it in itself.
+    """
+
+    def __new__(cls, name: Any, n: Any, m: Any, index: Any, family: Any = "") -> Any:
+        plain = sp.MatrixSymbol(str(name), n, m)
+        family = str(family) or str(name).removesuffix(f"_{index}")
+        return sp.Basic.__new__(cls, *plain.args, Str(str(index)), Str(family))
+
+    def _sympystr(self, _: Any) -> str:
+        return self.shown_name
+
+    @property
+    def index(self) -> str:
+        return str(self.args[3])
+
+    @property
+    def other(self) -> Any:
+        """Another member, for what is said of two that differ.
+
+        >>> from matrixproof import letters, text
+        >>> sum_i, x_i = letters("sum_i x_i:n")
+        >>> print(text(x_i * x_i.other.T))
+        x_i x_j'
+        """
+        return at(self, self.index + "'")
+
+    @property
+    def shown_name(self) -> str:
+        """Its name on a page, with its index below."""
+        return f"{self.args[4]}_{shown(self.index)}"
+
+
+def at(member: Member, index: str) -> Member:
+    """The member of the same family at another index."""
+    return Member(*member.args[:3], index, member.args[4])
+
+
+class Over(sp.Symbol):
+    """The sign of a sum over an index, named `sum_i`.
+
+    Where matrices are sought for which something holds, it is how many members there
+    are, all of them equal.
+    """
+
+    def __new__(cls, name: str, **_: Any) -> Over:
+        return super().__new__(cls, name, integer=True, nonnegative=True)
+
+    @property
+    def index(self) -> str:
+        return self.name.removeprefix("sum_")
+
+    @property
+    def shown_index(self) -> str:
+        return shown(self.index)
+
+
+def shown(index):
+    """An index as it stands on a page: a copy of i is j.
+
+    >>> shown("i"), shown("i'")
+    ('i', 'j')
+    """
+    family = index.rstrip("'")
+    return family[:-1] + chr(ord(family[-1]) + len(index) - len(family))
+
+
 class Identity(Operators, sp.Identity):
     """The identity matrix of a size."""
 
@@ -189,9 +273,11 @@ class MatrixProduct(Operators, sp.MatMul):
     """A product in the order written; products in it are opened, numbers in front."""
 
     def __new__(cls, *factors, **_):
-        number, matrices = sp.S.One, []
-        for factor in map(sp.sympify, factors):
-            for part in factor.args if isinstance(factor, sp.MatMul) else [factor]:
+        number, matrices, factors = sp.S.One, [], tuple(map(sp.sympify, factors))
+        for k, factor in enumerate(factors):
+            others = factors[:k] + factors[k + 1 :]
+            opened = isinstance(factor, sp.MatMul) and not closed(factor, others)
+            for part in factor.args if opened else [factor]:
                 if getattr(part, "is_Matrix", False):
                     matrices.append(part)
                 else:
@@ -216,6 +302,15 @@ class MatrixProduct(Operators, sp.MatMul):
 
     def could_extract_minus_sign(self):
         return self.as_coeff_matrices()[0].could_extract_minus_sign()
+
+
+def closed(factor: Any, others: Any) -> bool:
+    """Whether a factor is a sum over an index that others have, too."""
+    number = factor.args[0] if isinstance(factor, sp.MatMul) else sp.S.One
+    if number.is_Number or number.is_Matrix or not number.has(Over):
+        return False
+    inside = {x.index for x in number.atoms(Over)}
+    return any(x.index in inside for e in others for x in e.atoms(Over, Member))
 
 
 class MatrixTranspose(Operators, sp.Transpose):

@@ -17,6 +17,7 @@ from sympy.core.function import AppliedUndef
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
 from .names import HIGH, latex_name, text_name
+from .symbols import Member, Over, closed
 from .words import Formula, plain
 
 
@@ -40,6 +41,7 @@ class Style:
     trace: str
     determinant: str
     series: object
+    sum: object
     power: object
     fraction: object
     quotient: object
@@ -58,6 +60,7 @@ LATEX = Style(
     trace=r"\operatorname{tr}",
     determinant=r"\det",
     series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
+    sum=lambda index: rf"\sum_{{{index}}}",
     power=lambda base, k: f"{base}^{{{k}}}",
     fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
     quotient=lambda above, below: rf"\frac{{{above}}}{{{below}}}",
@@ -79,6 +82,7 @@ TEXT = Style(
     trace="tr",
     determinant="det",
     series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
+    sum=lambda index: f"Σ_{index}",
     power=lambda base, k: (
         base + (k.translate(HIGH) if k.lstrip("-").isdigit() else with_caret(k))
     ),
@@ -282,6 +286,8 @@ def of_blocks(printer, rows):
 
 
 RULES = (
+    (Member, lambda p, e: (p.style.name(e.shown_name), ATOM)),
+    (Over, lambda p, e: (p.style.sum(e.shown_index), POSTFIX)),
     ((sp.MatrixSymbol, sp.Symbol), lambda p, e: (p.style.name(e.name), ATOM)),
     (sp.Identity, lambda p, e: ("I", ATOM)),
     (sp.ZeroMatrix, lambda p, e: ("0", ATOM)),
@@ -333,11 +339,13 @@ def split(e):
     if not isinstance(e, (sp.MatMul, sp.Mul)):
         return sp.S.One, [e]
     number, factors = sp.S.One, []
-    for arg in e.args:
-        inner, rest = split(arg)
+    for k, arg in enumerate(e.args):
+        others = e.args[:k] + e.args[k + 1 :]
+        inner, rest = (1, [arg]) if closed(arg, others) else split(arg)
         number *= inner
         factors += rest
-    return number, factors
+    signs = [x for x in factors if isinstance(x, Over)]  # in front of what is summed
+    return number, signs + [x for x in factors if not isinstance(x, Over)]
 
 
 def rebuilt(number, factors, like):

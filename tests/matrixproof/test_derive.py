@@ -584,11 +584,56 @@ def test_what_may_be_negative_is_not_dropped(line):
 def test_terms_that_end_alike_are_matched(seed):
     rng, known = seeded(seed)
     line = drawn(rng, n, n, 1) * A * B + drawn(rng, n, m, 1) * C * B
-    found = derive(line).match(F * A * B + G * C * B, "14", "15")
+    found = derive(line).match(F * A * B + G * C * B, "14", "15", enough=True)
     assert [r.left for r in found] == [F, G]
     assert [r.name[:4] for r in found] == ["(14)", "(15)"]
     known |= {r.left: evaluate(r.right, known) for r in found}
     assert evaluate(F * A * B + G * C * B, known) == evaluate(line, known)
+
+
+def test_coefficients_are_compared_where_the_letters_may_be_anything():
+    line = derive(A * B * X.T * v + T * v + B * D * u)
+    found = line.match(F * v + G * u, "14", "15")
+    assert [str(r) for r in found] == [
+        "Suppose (14) F = A B X' + T, for every v",
+        "Suppose (15) G = B D, for every u",
+    ]
+    again = derive(F * v + G * u).use(*found)
+    assert again.check() == [] and len(again.lines[-1].by) == 2
+    both = line.collect(v, u).vanishing("9")
+    assert [str(r) for r in both] == [
+        "Suppose (9) A B X' + T = 0, for every v",
+        "Suppose B D = 0, for every u",
+    ]
+    assert derive(A * v - F * v).collect(v).vanishing()[0].show(str) == "A = F"
+    gone = derive(line.right).use(*both)
+    assert gone.check() == [] and gone.right.is_ZeroMatrix
+
+
+@pytest.mark.parametrize(
+    ("said", "find"),
+    [
+        ("T is not free: a coefficient", lambda: derive(A * T * T).match(F * T)),
+        (
+            "x is not free: v = A x ties it to v",
+            lambda: derive(F * x + A * v, known=[(v, A * x)]).match(A * x + F * v),
+        ),
+        (
+            "x is not free: F = x v' ties it to F; say enough=True",
+            lambda: derive(A * x, known=[(F, x * v.T)]).match(F * x),
+        ),
+        ("B u is no letter", lambda: derive(A * B * u).match(F * B * u)),
+        (
+            "x is not free: a coefficient",
+            lambda: derive(A * x * x.T * x).collect(x).vanishing(),
+        ),
+        ("nothing was collected", lambda: derive(A * x).vanishing()),
+    ],
+)
+def test_what_is_not_free_is_not_compared(said, find):
+    """A T T = F T does not say that F is A T: it may hold for this T alone."""
+    with pytest.raises(ValueError, match=said):
+        find()
 
 
 # -- what is refused ------------------------------------------------------------------
@@ -753,7 +798,7 @@ def test_luenbergers_conditions_and_huddles_solution_are_found():
     assert estimate.brackets[h.x] == h.P * h.T + h.V * h.C - h.I  # (13)
     between = begin("14, 15", "put (13) behind", h.T_next * h.A)
     between = between.insert(h.T_next * h.A * (h.P * h.T + h.V * h.C), h.unbiased)
-    found = between.expand().match(h.F * h.T + h.D * h.C, "14", "15")
+    found = between.expand().match(h.F * h.T + h.D * h.C, "14", "15", enough=True)
     assert [(r.name, *r) for r in found] == [(r.name, *r) for r in (h.is_F, h.is_D)]
     seen = begin("11, 14, 15", "as the prediction does", h.eps_next)
     seen = seen.put(h.error_equation).put(*found).fold(h.error).factor()

@@ -17,6 +17,7 @@ from matrixproof import (
     ZeroMatrix,
 )
 from matrixproof.derivation import End
+from matrixproof.induction import Induced
 
 n, p = sp.symbols("n p", integer=True, positive=True)
 letters = Notation()
@@ -342,3 +343,77 @@ def test_each_scope_of_a_page_is_needed():
     with pytest.raises(ValueError, match="K_mv"):
         Page(letters=square_root.page.letters)(*items)
     assert sum(isinstance(x, End) for x in square_root.page.page) == 3
+
+
+# -- induction -------------------------------------------------------------------------
+
+
+def powers():
+    """A page on which no power of F moves x, with what may be wrong about it."""
+    own = Notation()
+    F, F_0, F_k, F_next = (own(s, n, n, "a power") for s in "F F_0 F_k F_next".split())
+    x = own("x", n, 1, "a column")
+    found = Page(letters=own)
+    stays = found(own.suppose(F * x, x))
+    more = found(own.let(F_next, F * F_k))
+    one = found.chain("", "the first", F * x, Line(x, by=[stays]))
+    with found.scope(own.suppose(F_k * x, x)) as so_far:
+        step = found.chain(
+            "", "one more", F_next * x, Line(x, by=[more, so_far, stays])
+        )
+    told = {"base": one, "step": step, "first": {F_k: F}, "then": {F_k: F_next}}
+    return found, so_far, told, (F, F_0, F_k, F_next, x, stays, more)
+
+
+def test_what_holds_at_first_and_goes_on_holds_at_every_k():
+    found, so_far, told, (F, _, F_k, _, x, stays, _) = powers()
+    always = found.induction("", "no power moves it", so_far, **told)
+    assert always.check() == [] and found.check() == []
+    assert so_far not in always.relations and stays in always.relations
+    cited = found.chain("", "used", F * F_k * x, Line(F * x, by=[always.relation]))
+    assert cited.check() == [] and found.check() == []
+    said = always.rests_on()
+    assert so_far not in said.relations and stays in said.relations
+    assert "induction: the first; one more" in str(always)
+
+
+def test_an_induction_is_refused_where_a_part_of_it_is_missing():
+    found, so_far, told, (F, F_0, F_k, F_next, x, stays, more) = powers()
+    plain = found.letters.chain("", "by itself", F * x, Line(x, by=[stays]))
+    supposed = found.letters.chain("", "supposed", F_k * x, Line(x, by=[so_far]))
+    wrong = found.letters.chain("", "wrong", F_next * x, Line(2 * x, by=[more, so_far]))
+    cases = {
+        "has a base that proves F x = x, and not F₀ x = x": {"first": {F_k: F_0}},
+        "has a step that proves F₊ x = x, and not F x = x": {"then": {F_k: F}},
+        "has a step that does not suppose the statement": {
+            "step": plain,
+            "then": {F_k: F},
+        },
+        "has a base that supposes what is to be proved": {
+            "base": supposed,
+            "first": {F_k: F_k},
+        },
+        "has a step that fails": {"step": wrong},
+        "does not say what F_k is": {"then": {}},
+    }
+    for said, change in cases.items():
+        line = Induced(so_far.right, statement=so_far, **{**told, **change})
+        chain = found.letters.chain("", "x", so_far.left, line)
+        assert any(said in fault for fault in chain.check()), (said, chain.check())
+
+
+def test_what_was_supposed_in_the_scope_beside_the_statement_stays_there():
+    own = Notation()
+    F, F_k, F_next = (own(s, n, n, "a power") for s in "F F_k F_next".split())
+    x = own("x", n, 1, "a column")
+    found = Page(letters=own)
+    stays = found(own.suppose(F * x, x))
+    one = found.chain("", "the first", F * x, Line(x, by=[stays]))
+    with found.scope(own.suppose(F_k * x, x)) as so_far:
+        only = found(own.suppose(F_next, F * F_k))
+        step = found.chain(
+            "", "one more", F_next * x, Line(x, by=[only, so_far, stays])
+        )
+    at = {"first": {F_k: F}, "then": {F_k: F_next}}
+    with pytest.raises(ValueError, match="whose scope has ended"):
+        found.induction("", "always", so_far, base=one, step=step, **at)

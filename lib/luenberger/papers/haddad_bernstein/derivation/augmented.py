@@ -14,7 +14,7 @@ from matrixproof import (
     ZeroMatrix,
 )
 
-from .letters import SOURCE, I, assign, l, letters, listed, n, nu, r
+from .letters import SOURCE, I, assign, each, l, letters, listed, n, r, sum_i
 from .letters.both import F1, Q1, Q2, Q12, At, At1, Bt, Qt, Qt_next, Vt, W, Wt, both, xt
 from .letters.estimator import Ae, Be, xe, xe_next
 from .letters.kernels import N2, N12, Qxy, Qxy_next, Qyy, X, u, v
@@ -23,17 +23,22 @@ from .letters.plant import A1, C1, V1, V2, V12, W1, W2, W12, A, C, w2, x, x_nu, 
 letters = letters.here()
 x_next = letters("x_next", n, 1, "state one step on")
 w1 = letters("w_1", n, 1, "process noise")
-xe_nu = letters("x_e_nu", r, 1, "state of the estimator, times the parameter noise")
+says = "state of the estimator, times the noise of a parameter"
+xe_nu = letters("x_e_nu", r, 1, says, **each("x_e_nu"))
 xt_next = letters("x_tilde_next", both, 1, "the same one step on")
-xt_nu = letters("x_tilde_nu", both, 1, "the same, times the noise of the parameters")
+says = "states of both, times the noise of a parameter"
+xt_nu = letters("x_tilde_nu", both, 1, says, **each("x_tilde_nu"))
 w = letters("w", n + l, 1, "`w_1` and `w_2`, one under the other")
 wt = letters("w_tilde", both, 1, "additive noise of both")
 Q1_next = letters(
     "Q1_next", n, n, "second moment of the state one step on", symmetric=True
 )
-dV1 = letters("dV1", n, n, "what the pair adds to `V_1`", symmetric=True)
-dV12 = letters("dV12", n, l, "what the pair adds to `V_12`")
-dV2 = letters("dV2", l, l, "what the pair adds to `V_2`", symmetric=True)
+says = "what the pair adds to `V_1`"
+dV1 = letters("dV1", n, n, says, symmetric=True, **each("dV_1"))
+says = "what the pair adds to `V_12`"
+dV12 = letters("dV12", n, l, says, **each("dV_12"))
+says = "what the pair adds to `V_2`"
+dV2 = letters("dV2", l, l, says, symmetric=True, **each("dV_2"))
 
 
 def average(number, says, left, moments, named):
@@ -43,15 +48,14 @@ def average(number, says, left, moments, named):
 
 page = Page(letters=letters, source=SOURCE)
 
-page("""The parameters of the plant are noisy: a white noise `nu_1` of unit variance
-    multiplies `A_1` and `C_1`. The estimator sees the measurement alone.""")
-is_x_next = page.let(x_next, (A + nu * A1) * x + w1, "3.1")
-is_y = page.let(y, (C + nu * C1) * x + w2, "3.2")
+page("""The parameters of the plant are noisy: white noises of unit variance multiply
+    the pairs `A_i`, `C_i`, of which there may be any number. A sum over i has a term
+    for each of them; an equation between such sums is proved for one member that stands
+    for each. The product of such a noise with the state has a letter of its own,
+    `x_nu`, with the index i. The estimator sees the measurement alone.""")
+is_x_next = page.let(x_next, A * x + sum_i * A1 * x_nu + w1, "3.1")
+is_y = page.let(y, C * x + sum_i * C1 * x_nu + w2, "3.2")
 is_xe_next = page.let(xe_next, Ae * xe + Be * y, "3.3")
-
-page("""The noise of the parameters acts on the plant through its product with the
-    state, which has a letter of its own.""")
-is_x_nu = page.let(x_nu, nu * x)
 
 page("Plant and estimator together move as one system.")
 is_xt = page.let(xt, BlockMatrix([[x], [xe]]), "4.1")
@@ -70,16 +74,18 @@ together = page(
     letters.derive("4.1", "plant and estimator as one system", is_xt_next)
     .put(is_xe_next, is_y, is_x_next)
     .by(
-        At * xt + At1 * xt_nu + wt,
-        *(is_x_nu, is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
+        At * xt + sum_i * At1 * xt_nu + wt,
+        *(is_At, is_At1, is_xt, is_xt_nu, is_wt, is_Bt, is_w),
     )
 )
 
-page("""The noise of the parameters is independent of the state that it multiplies, and
-    all noise is white. So the three terms are uncorrelated, and the second has the
-    second moment of the state.""")
+page("""The noises of the parameters are independent of each other and of the state that
+    they multiply, and all noise is white. So all terms are uncorrelated, and what such
+    a noise multiplies has the second moment of the state. The product of two sums is a
+    sum over two members, and those terms of it are left in which the two are one.""")
 is_Q = page.moment(xt * xt.T, Qt, "4.2")
 is_Q_nu = page.moment(xt_nu * xt_nu.T, Qt)
+alone = page.moment(xt_nu * xt_nu.other.T, ZeroMatrix(both, both))
 apart = page.moment(xt * xt_nu.T, ZeroMatrix(both, both))
 white = page.moment(xt * wt.T, ZeroMatrix(both, both))
 white_nu = page.moment(xt_nu * wt.T, ZeroMatrix(both, both))
@@ -87,12 +93,12 @@ is_wwt = page.moment(wt * wt.T, Wt, "section 2")
 page(
     letters.derive("4.3", "the second moment one step on", xt_next * xt_next.T)
     .put(together)
-    .expect(is_Q, is_Q_nu, apart, white, white_nu, is_wwt)
+    .expect(is_Q, is_Q_nu, alone, apart, white, white_nu, is_wwt)
 )
 
 page("""In the steady state the moment is the same one step on. It exists if both
     systems are stable in mean square; lemma 4.1 says when they are.""")
-is_steady = page.steady(Qt, At * Qt * At.T + At1 * Qt * At1.T + Wt, "4.4")
+is_steady = page.steady(Qt, At * Qt * At.T + sum_i * At1 * Qt * At1.T + Wt, "4.4")
 
 page("""Block by block, the parameters' noise only adds to the covariances of the
     additive noise. What it adds depends on `Q_1`, which no estimator changes. From here
@@ -113,18 +119,17 @@ page(
 )
 is_F = page.let(F1, BlockMatrix([[A1], [Be * C1]]))
 is_Vt = page.let(Vt, BlockMatrix([[V1, V12 * Be.T], [Be * V12.T, Be * V2 * Be.T]]))
-is_V1 = page.let(V1, W1 + A1 * Q1 * A1.T)
-is_V12 = page.let(V12, W12 + A1 * Q1 * C1.T)
-is_V2 = page.let(V2, W2 + C1 * Q1 * C1.T)
+is_V1 = page.let(V1, W1 + sum_i * A1 * Q1 * A1.T)
+is_V12 = page.let(V12, W12 + sum_i * A1 * Q1 * C1.T)
+is_V2 = page.let(V2, W2 + sum_i * C1 * Q1 * C1.T)
+says = "the noise of the parameters is additive noise"
 noise = page(
-    letters.derive(
-        "4.4", "the noise of the parameters is additive noise", At1 * Qt * At1.T + Wt
-    )
-    .by(F1 * Q1 * F1.T + Wt, is_At1, is_Qt, is_F, is_Wt)
+    letters.derive("4.4", says, sum_i * At1 * Qt * At1.T + Wt)
+    .by(sum_i * F1 * Q1 * F1.T + Wt, is_At1, is_Qt, is_F, is_Wt)
     .by(Vt, is_F, is_Wt, is_Vt, is_V1, is_V12, is_V2)
 )
 
-page("""One pair `A_1`, `C_1` adds the covariance of what it does to the state and the
+page("""Each pair `A_i`, `C_i` adds the covariance of what it does to the state and the
     measurement.""")
 is_X = page.moment(x_nu * x_nu.T, X)
 is_dV1 = page.let(dV1, A1 * X * A1.T)

@@ -24,11 +24,10 @@ from .augmented import (
     is_Qyy,
     is_steady,
     is_V2,
-    is_x_nu,
     is_xt,
     is_y,
 )
-from .letters import SOURCE, assign, l, letters, listed, n, r
+from .letters import SOURCE, assign, each, l, letters, listed, n, r, sum_i
 from .letters.both import (
     F1,
     P1,
@@ -52,20 +51,21 @@ from .letters.plant import C1, V2, W2, A, C, L, R, w2, x, x_nu, y
 from .letters.theorem import Lq
 
 letters = letters.here()
-Ct1 = letters("C_tilde_1", l, both, "how parameter noise reaches the measurement")
+says = "how the noise of a parameter reaches the measurement"
+Ct1 = letters("C_tilde_1", l, both, says, **each("C_tilde"))
 Rt_0 = letters(
     "R_tilde_0", both, both, "weight of both, without parameter noise", symmetric=True
 )
 
 
 missed = L - De * C
-corner = C1.T * De.T * R * De * C1
+corner = sum_i * C1.T * De.T * R * De * C1
 
 
 page = Page(letters=letters, source=SOURCE)
 
 page("Recalled are the measurement, the state of both, and the moments in blocks.")
-page(is_y, is_x_nu, is_xt, is_Q, is_Qt, is_Qxy, is_Qyy, is_V2)
+page(is_y, is_xt, is_Q, is_Qt, is_Qxy, is_Qyy, is_V2)
 
 page("""The estimator answers `y_e` for `L x`. Its error is seen through the state of
     both, beside what is noise.""")
@@ -75,12 +75,13 @@ is_Lt = page.let(Lt, BlockMatrix([[L - De * C, -Ce]]))
 error = page(
     letters.derive("3.4", "the error shows the state of both", is_e)
     .put(is_ye)
-    .by(Lt * xt - De * (C1 * x_nu + w2), is_y, is_x_nu, is_Lt, is_xt)
+    .by(Lt * xt - De * (sum_i * C1 * x_nu + w2), is_y, is_Lt, is_xt)
 )
 
-page("The terms are uncorrelated with each other.")
+page("The terms are uncorrelated with each other, those of two parameters among them.")
 is_Q1_nu = page.moment(x_nu * x_nu.T, Q1)
 is_W2 = page.moment(w2 * w2.T, W2, "section 2")
+alone_e = page.moment(x_nu * x_nu.other.T, ZeroMatrix(n, n))
 apart_e = page.moment(xt * x_nu.T, ZeroMatrix(both, n))
 white_e = page.moment(xt * w2.T, ZeroMatrix(both, l))
 white_1 = page.moment(x_nu * w2.T, ZeroMatrix(n, l))
@@ -88,7 +89,7 @@ is_Sigma = page.let(Sigma, Lt * Qt * Lt.T + De * V2 * De.T)
 page(
     letters.derive("3.5", "the covariance of the error", e * e.T)
     .put(error)
-    .expect(is_Q, is_Q1_nu, is_W2, apart_e, white_e, white_1)
+    .expect(is_Q, is_Q1_nu, is_W2, alone_e, apart_e, white_e, white_1)
     .fold(is_V2)
     .fold(is_Sigma)
 )
@@ -106,7 +107,7 @@ shown = page(
 
 page("The cost is linear in the moment of both, with a weight for both.")
 is_Ct1 = page.let(Ct1, BlockMatrix([[C1, ZeroMatrix(l, r)]]))
-is_Rt = page.let(Rt, Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1, "section 2")
+is_Rt = page.let(Rt, Lt.T * R * Lt + sum_i * Ct1.T * De.T * R * De * Ct1, "section 2")
 weight = page(
     letters.derive("section 2", "the weight of both by blocks", is_Rt).by(
         BlockMatrix(
@@ -122,7 +123,7 @@ cost = page(
     letters.derive("3.5", "the cost is linear in the moment", Trace(R * Sigma))
     .put(is_Sigma, is_V2)
     .by(
-        Trace(Qt * (Lt.T * R * Lt + Ct1.T * De.T * R * De * Ct1))
+        Trace(Qt * (Lt.T * R * Lt + sum_i * Ct1.T * De.T * R * De * Ct1))
         + Trace(De * W2 * De.T * R),
         *(is_Lt, is_Qt, is_Ct1),
     )
@@ -131,7 +132,7 @@ cost = page(
 page(is_At, is_At1, is_steady)
 
 page("A dual of the moment, driven by the weight, gives the same cost.")
-dual = page.steady(Pt, At.T * Pt * At + At1.T * Pt * At1 + Rt, "4.5")
+dual = page.steady(Pt, At.T * Pt * At + sum_i * At1.T * Pt * At1 + Rt, "4.5")
 pairing = page(
     letters.derive("4.5", "the dual gives the same cost", Trace(Qt * Rt))
     .fold(dual)
@@ -144,7 +145,7 @@ page("""Block by block, the parameters' noise enters the dual in the first block
     and no gain depends on that block.""")
 is_Pt = page.suppose(Pt, BlockMatrix([[P1, P12], [P12.T, P2]]))
 page(is_F)
-is_M_nu = page.let(M_nu, F1.T * Pt * F1 + corner)
+is_M_nu = page.let(M_nu, sum_i * F1.T * Pt * F1 + corner)
 is_M1 = page.let(
     M1,
     A.T * P12 * Be * C

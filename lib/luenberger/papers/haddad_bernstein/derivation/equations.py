@@ -19,7 +19,7 @@ from matrixproof import (
 
 from .augmented import is_Qt, is_V1, is_V2, is_V12, own
 from .cost import is_S, shown
-from .letters import SOURCE, I, assign, letters, listed, n, r
+from .letters import SOURCE, I, assign, letters, listed, n, r, sum_i
 from .letters.both import P2, Q2, Qt, both
 from .letters.equations import riccati, root_Qt, root_R, root_V
 from .letters.estimator import De, J, Sigma
@@ -63,7 +63,7 @@ aligned_Q = letters("aligned_Q", n, n, "residual of (3.17) in `Qh`")
 aligned_P = letters("aligned_P", n, n, "residual of (3.17) in `Ph`")
 
 
-first = C1 * (Q + tau * Qh * tau.T) * C1.T
+first = sum_i * C1 * (Q + tau * Qh * tau.T) * C1.T
 
 WITNESS = {root_Qt: diag(1, 0), Kq: 0}
 

@@ -17,7 +17,7 @@ from matrixproof.explicit import Claim
 
 from . import augmented, cost, equations, gradients, mean_square, projection
 from . import stationarity as best
-from .letters import letters, r
+from .letters import letters, r, sum_i
 from .letters.both import P2, P12, Q2, Q12, At, At1, Pt, Qt, Rt
 from .letters.estimator import Ae, Be, Ce, De
 from .letters.kernels import M2, M12, N2, N12
@@ -107,7 +107,7 @@ def section_2():
         "section 2: tau Qh tau' is lost in V2s and Qs": compared(
             own,
             equations.written_V2s.right,
-            lambda: C * Q * C.T + W2 + C1 * Q * C1.T,
+            lambda: C * Q * C.T + W2 + sum_i * C1 * Q * C1.T,
             [projection.hidden.relation],
         ),
     }
@@ -122,7 +122,7 @@ def conditions():
             *(gradients.is_gradCe, gradients.is_gradDe),
         )
     )
-    rest = At1.T * Pt * At1 + Rt - Pt
+    rest = sum_i * At1.T * Pt * At1 + Rt - Pt
     input_, static = P2 * (Be * V2s - Gam * Qs), R * (De * V2s - L * Q * C.T)
     return {
         "(4.7): A~P~A~ for A~'P~A~": compared(

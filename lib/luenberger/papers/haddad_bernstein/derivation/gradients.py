@@ -14,7 +14,7 @@ from matrixproof import Identity, Page, Stage
 
 from .augmented import is_N2, is_N12, is_Qt_next, own, step
 from .cost import is_Pt, is_S, shown
-from .letters import SOURCE, letters, listed
+from .letters import SOURCE, letters, listed, sum_i
 from .letters.both import P1, P2, P12, Q1, Q2, Q12, At, At1, Pt, Qt, Rt, Vt, Wt, both
 from .letters.estimator import Ae, Be, Ce, De, Sigma
 from .letters.kernels import Qxy, Qxy_next, Qyy, gradAe, gradBe, gradCe, gradDe
@@ -29,7 +29,7 @@ N_p = letters("N_p", both**2, both**2, "inverse of `I - Phi_p`")
 lagrangian = (
     Trace(Qt * Rt)
     + Trace(De * W2 * De.T * R)
-    + Trace(Pt * (At * Qt * At.T + At1 * Qt * At1.T + Wt - Qt))
+    + Trace(Pt * (At * Qt * At.T + sum_i * At1 * Qt * At1.T + Wt - Qt))
 )
 
 page = Page(letters=letters, source=SOURCE)

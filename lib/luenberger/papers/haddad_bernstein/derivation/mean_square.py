@@ -21,7 +21,7 @@ from matrixproof import (
 )
 
 from .augmented import is_At, is_At1, is_Qt, is_V1, own
-from .letters import SOURCE, letters, n, r, square
+from .letters import SOURCE, letters, n, r, square, sum_i
 from .letters.both import Q1, Q2, Q12, At, At1, Qt, both
 from .letters.estimator import Ae, Be
 from .letters.kernels import X
@@ -68,22 +68,22 @@ page = Page(letters=letters, source=SOURCE)
 page("""Lemma 4.1 asks when the moment of both settles. Without new noise one step takes
     it through the two matrices of the system, block by block.""")
 page(is_At, is_At1, is_Qt)
-is_F12 = page.let(F12, (A * Q1 * C.T + A1 * Q1 * C1.T) * Be.T)
+is_F12 = page.let(F12, (A * Q1 * C.T + sum_i * A1 * Q1 * C1.T) * Be.T)
 is_F2 = page.let(
     F2,
     Be * C * Q12 * Ae.T
     + Ae * Q12.T * C.T * Be.T
-    + Be * (C * Q1 * C.T + C1 * Q1 * C1.T) * Be.T,
+    + Be * (C * Q1 * C.T + sum_i * C1 * Q1 * C1.T) * Be.T,
 )
 page(
     letters.derive(
         "lemma 4.1",
         "one step of the moment without new noise",
-        At * Qt * At.T + At1 * Qt * At1.T,
+        At * Qt * At.T + sum_i * At1 * Qt * At1.T,
     ).by(
         BlockMatrix(
             [
-                [A * Q1 * A.T + A1 * Q1 * A1.T, A * Q12 * Ae.T + F12],
+                [A * Q1 * A.T + sum_i * A1 * Q1 * A1.T, A * Q12 * Ae.T + F12],
                 [Ae * Q12.T * A.T + F12.T, Ae * Q2 * Ae.T + F2],
             ]
         ),
@@ -109,7 +109,7 @@ with page.scope(letters.suppose(Q1, none(n, n)), letters.suppose(Q12, none(n, r)
     )
 
 page("""The lemma writes the map as a matrix of Kronecker products, with the entries of
-    the moment in a column. At order one it is this matrix. Its eigenvalues stand on the
+    the moment in a column. At order one and for one noise it is this matrix. Its
     diagonal: that of the plant's own map, twice that of the mixed moment, and that of
     the estimator's.""")
 page(
@@ -145,7 +145,7 @@ page(
     letters.derive(
         "lemma 4.1",
         "the moment grows at least as the modes do",
-        Trace(V_A.T * (A * X * A.T + A1 * X * A1.T) * V_A),
+        Trace(V_A.T * (A * X * A.T + sum_i * A1 * X * A1.T) * V_A),
     )
     .use(modes)
     .use(turn)
@@ -155,9 +155,11 @@ page(
 page("""How strong may the noise of the parameters be? Let it be multiplied by `s`, and
     let `Y` be what `X` sums up to through the noise. One step with the stronger noise
     is then one without, of another matrix.""")
-sums = page.steady(Y, A * Y * A.T + A1 * X * A1.T)
+sums = page.steady(Y, A * Y * A.T + sum_i * A1 * X * A1.T)
 page(
-    letters.derive("", "the noise is scaled", X - A * X * A.T - s**2 * A1 * X * A1.T)
+    letters.derive(
+        "", "the noise is scaled", X - A * X * A.T - s**2 * sum_i * A1 * X * A1.T
+    )
     .fold(sums)
     .by((X - s**2 * Y) - A * (X - s**2 * Y) * A.T)
 )
@@ -168,7 +170,7 @@ page("""The map from `X` to `Y` keeps matrices that are not negative. So its lar
     moment that stays as it is.""")
 limit = page.suppose(X, s**2 * Y)
 page(
-    letters.derive("", "the largest noise", A * X * A.T + s**2 * A1 * X * A1.T)
+    letters.derive("", "the largest noise", A * X * A.T + s**2 * sum_i * A1 * X * A1.T)
     .fold(sums)
     .fold(limit)
 )
@@ -176,7 +178,7 @@ page(
 page("""The same map measures how an iteration converges that takes the noise from the
     last approximation: it takes the error before a step to the error after it.""")
 page(is_V1)
-takes = page.steady(X_k_next, A * X_k_next * A.T + A1 * X_k * A1.T + W1)
+takes = page.steady(X_k_next, A * X_k_next * A.T + sum_i * A1 * X_k * A1.T + W1)
 page(
     letters.derive("", "the error of the next approximation", Q1 - X_k_next)
     .put(own)

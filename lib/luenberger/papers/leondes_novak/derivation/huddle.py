@@ -84,7 +84,7 @@ between = page(
     .insert(T_next * A * (P * T + V * C), unbiased)
     .expand()
 )
-huddle = page(*between.match(F * T + D * C, "14", "15"))
+huddle = page(*between.match(F * T + D * C, "14", "15", enough=True))
 page(
     letters.derive("9, 14, 15", "the solution satisfies the condition", F * T + D * C)
     .put(*huddle)

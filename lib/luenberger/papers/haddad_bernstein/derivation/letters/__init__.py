@@ -5,20 +5,21 @@ A_e, B_e, C_e, D_e (F, D, P, V of an observer), the weight R (`weight`), the ord
 What G and P stand for here has no letter there.  A plus below is the next instant.
 The paper writes Q and P with hats in theorem 3.1 and in script in section 4.
 
-Each pair (A_i, C_i) is multiplied by a white noise of unit variance.  One pair stands
-for any number: their noises are independent, so each adds terms like its own.
+Each pair (A_i, C_i) is multiplied by a white noise of unit variance.  There may be any
+number of them, and a letter with the index i stands for that of each.
 """
 
 from sympy import symbols
 
 from matrixproof import Derivation, Identity, Notation, Stage
 from matrixproof.derivation import title
+from matrixproof.symbols import Over
 
 SOURCE = "Haddad and Bernstein (1987)"
 
 n, l, r, q = symbols("n l n_e q", integer=True, nonnegative=True)
-nu = symbols("nu_1")
 letters = Notation()
+sum_i = Over("sum_i")
 I = Identity(n)
 
 
@@ -34,6 +35,11 @@ def listed(letters, given, stages, says, *chains, source=SOURCE):
     """A stage list, and the chains that say what its letters are good for."""
     found = {"stages": tuple(stages), "steps": {title(c): c for c in chains}}
     return Derivation(given, **found, source=source, letters=letters, says=says)
+
+
+def each(family):
+    """What makes a letter that of each pair; programs know it by another name."""
+    return {"index": "i", "family": family}
 
 
 def square(name, size, meaning):
