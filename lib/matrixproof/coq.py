@@ -41,6 +41,7 @@ from itertools import accumulate
 import sympy as sp
 
 from .algebra import Blocks, Traces, beside
+from .families import sums
 from .proofs import Proof
 from .statements import read
 
@@ -67,9 +68,12 @@ def lemma(name: str, proof: Proof) -> str:
     Raises
     ------
     NotWritten
-        A number in it is no rational function of letters, or the certificate rests on
-        p q = c I having q p = c I.
+        A number in it is no rational function of letters, it has a sum over an index,
+        or the certificate rests on p q = c I having q p = c I.
     """
+    numbers = (c for _, terms in proof.statement.every_side for c in terms.values())
+    if any(sums(c) for c in numbers):
+        raise NotWritten("it has a sum over an index")
     said = f"{proof.left} = {proof.right}".replace("*)", "* )").replace("(*", "( *")
     return f"(* {said} *)\n" + Writer(proof).lemma(name)
 

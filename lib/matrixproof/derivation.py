@@ -432,8 +432,14 @@ class Page(Derivation):
           F_k x
             = x  induction: F does not move it; one more  ✓
         """
-        told = {"statement": statement, "base": base, "step": step}
-        line = Induced(statement.right, first=first, then=then, **told)
+        line = Induced(
+            statement.right,
+            statement=statement,
+            base=base,
+            step=step,
+            first=first,
+            then=then,
+        )
         return self.chain(number, says, statement.left, line)
 
     def at(self, number: str, says: str, theorem: Chain, **letters: Any) -> Instance:

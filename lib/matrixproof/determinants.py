@@ -19,7 +19,7 @@ from .models import possible
 from .relations import unfounded
 from .symbols import BlockMatrix, Identity, MatrixProduct, MatrixSum, ZeroMatrix
 from .terms import columns_of, common, term, written
-from .words import Formula, plain, same_shape, same_size
+from .words import Formula, ShapeError, plain, same_shape, same_size
 
 MOST = 40  # forms of one determinant that are looked at
 
@@ -180,6 +180,9 @@ def attempted(left, right, given, symmetric):
     """As `proofs.attempted` has it, of a claim with determinants."""
     from .proofs import attempted as prove
 
+    for x in left.atoms(sp.Determinant) | right.atoms(sp.Determinant):
+        if not same_size(*x.arg.shape):
+            raise ShapeError(f"{x.arg} is not square: it has no determinant")
     found = Finder((left, right), given, symmetric)
     sides = [found.numbers(side) for side in (left, right)]
     numbers, *rest = prove(*sides, given, symmetric)

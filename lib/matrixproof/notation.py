@@ -223,7 +223,7 @@ def letters(declared: str) -> tuple[Any, ...]:
             raise ValueError(f"{item!r} has {len(shape)} sizes: write {name}:n*m")
         shape += [sp.S.One] * (2 - len(shape))
         if over(index) in found:
-            letter = Member(name, *shape, index)
+            letter = Member(name, shape[0], shape[1], index)
         else:
             letter = (Symmetric if item.endswith("=") else MatrixSymbol)(name, *shape)
         found.append(taken._new(letter, item))

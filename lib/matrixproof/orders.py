@@ -24,7 +24,7 @@ from .relations import Given, Relation, named
 from .symbols import BlockMatrix, MatrixProduct, Own, ZeroMatrix
 from .terms import summed
 from .typeset import Show, text
-from .words import Formula, Letter, Symbols, Values, plain, rotations
+from .words import Formula, Letter, Symbols, plain, rotations
 
 
 @dataclass(frozen=True, repr=False)
@@ -285,7 +285,7 @@ def of_traces(value, known):
     return roots if alike else None
 
 
-def denied(left, right, given, symmetric) -> Values | None:
+def denied(left, right, given, symmetric):
     """Matrices that satisfy what is given, where the difference is negative."""
     both = [Setting(given, symmetric, (left, right), definite=x) for x in (True, False)]
     tried = (models(setting, setting.small_sizes(), QUICK) for setting in both)

@@ -145,10 +145,11 @@ class Member(MatrixSymbol):
         Its name on a page, without the index.  The name `A_i` has it in itself.
     """
 
-    def __new__(cls, name: Any, n: Any, m: Any, index: Any, family: Any = "") -> Any:
+    def __new__(cls, name: Any, n: Any, m: Any, index: Any, family: Any = "") -> Member:
         plain = sp.MatrixSymbol(str(name), n, m)
         family = str(family) or str(name).removesuffix(f"_{index}")
-        return sp.Basic.__new__(cls, *plain.args, Str(str(index)), Str(family))
+        made: Member = sp.Basic.__new__(cls, *plain.args, Str(str(index)), Str(family))
+        return made
 
     def _sympystr(self, _: Any) -> str:
         return self.shown_name
@@ -176,7 +177,8 @@ class Member(MatrixSymbol):
 
 def at(member: Member, index: str) -> Member:
     """The member of the same family at another index."""
-    return Member(*member.args[:3], index, member.args[4])
+    name, n, m, _, family = member.args
+    return Member(name, n, m, index, family)
 
 
 class Over(sp.Symbol):

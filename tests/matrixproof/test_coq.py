@@ -78,6 +78,12 @@ def test_a_number_that_is_no_rational_function_is_not_written():
         lemma("told", proof)
 
 
+def test_a_sum_over_an_index_is_no_number_and_not_written():
+    sum_i, A_i = letters("sum_i A_i:n*n")
+    with pytest.raises(NotWritten, match="a sum over an index"):
+        lemma("told", prove(B * (sum_i * A_i), sum_i * B * A_i))
+
+
 @pytest.fixture(scope="module")
 def refused(tmp_path_factory):
     """What Coq says against lemmas; empty where it accepts them."""

@@ -4,7 +4,7 @@ import pytest
 from sympy import Matrix, Trace
 
 from matrixproof import Chain, Unproved, derive, evaluate, letters, prove
-from matrixproof.inequalities import AtLeast
+from matrixproof.lines import AtLeast
 from matrixproof.orders import at_least, prove_at_least
 
 P, Q, S, X, V, W = letters("P:n*n= Q:n*n= S:n*n= X:n*n= V:n*n= W:n*n=")

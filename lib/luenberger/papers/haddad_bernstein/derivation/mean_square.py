@@ -109,9 +109,9 @@ with page.scope(letters.suppose(Q1, none(n, n)), letters.suppose(Q12, none(n, r)
     )
 
 page("""The lemma writes the map as a matrix of Kronecker products, with the entries of
-    the moment in a column. At order one and for one noise it is this matrix. Its
-    diagonal: that of the plant's own map, twice that of the mixed moment, and that of
-    the estimator's.""")
+    the moment in a column. At order one, and for one noise, it is this matrix. Its
+    eigenvalues stand on the diagonal: that of the plant's own map, twice that of the
+    mixed moment, and that of the estimator's.""")
 page(
     Explicit(
         "lemma 4.1",

@@ -163,7 +163,7 @@ page("""Let `beta` be the polynomial of `F`. The first row of `S`, `i_1` picks i
     zero.""")
 first_row = page.suppose(T * S.T * i_1, T_1 * beta.T + f_r, "11")
 cayley = page.suppose(f_r, -T_1 * beta.T, "12")
-page(
+first = page(
     letters.derive("11, 12", "the first row of all", T * S.T * i_1)
     .use(first_row)
     .put(cayley)
@@ -172,15 +172,25 @@ page(
 next_row = page.let(s_in, Z * s_i, "11")
 ends = page.suppose(c * s_i, no_entry, "11")
 with page.scope(letters.suppose(T * s_i, no_column)) as gone:
-    page(
+    further = page(
         letters.derive("11, 12", "one row after the other", T * s_in)
         .put(next_row)
         .use(columns)
         .use(gone, ends)
     )
 
-page("""By induction all columns of `T S'` are zero. If `k` is a combination of the rows
-    of `T`, its entries obey the recurrence.""")
+page.induction(
+    "11, 12",
+    "every column of `T S'` is zero",
+    gone,
+    base=first,
+    step=further,
+    first={s_i: S.T * i_1},
+    then={s_i: s_in},
+)
+
+page("""So `T S'` is zero. If `k` is a combination of the rows of `T`, its entries obey
+    the recurrence.""")
 read = page.suppose(k, P * T, "7")
 annihilated = page.suppose(T * S.T, ZeroMatrix(r, n - r), "12")
 page(
@@ -205,19 +215,31 @@ page(
 page("""Conversely let `k` obey the recurrence. Cut `S`, `T` and `k` behind column `r`.
     The cut makes `T_1`, which has an inverse, and `S_2`, a triangle with ones on its
     diagonal. What it has beside them, `N_b`, vanishes after `n - r` steps. So it has an
-    inverse, a sum of as many terms, by induction from `X_j = I`: each term more leaves
-    a power more, until nothing is left.""")
+    inverse, a sum of as many terms: each term more leaves a power more, until nothing
+    is left.""")
 is_S_2 = page.suppose(S_2, one + N_b, "11")
+start = page(
+    letters.derive("11", "one term leaves one power", S_2 * one)
+    .put(is_S_2)
+    .by(one - (-N_b))
+)
 more = page.let(X_jn, one - N_b * X_j)
 power = page.let(W_jn, -N_b * W_j)
-with page.scope(letters.suppose(X_j + N_b * X_j, one - W_j)) as so_far:
-    page(
-        letters.derive("11", "the last columns have an inverse", S_2 * X_jn)
-        .put(is_S_2, more)
-        .expand()
-        .use(so_far)
-        .fold(power)
+with page.scope(letters.suppose(S_2 * X_j, one - W_j)) as so_far:
+    another = page(
+        letters.derive("11", "one term more leaves one power more", S_2 * X_jn).by(
+            one - W_jn, is_S_2, more, so_far, power
+        )
     )
+page.induction(
+    "11",
+    "the last columns have an inverse",
+    so_far,
+    base=start,
+    step=another,
+    first={X_j: one, W_j: -N_b},
+    then={X_j: X_jn, W_j: W_jn},
+)
 cut_T = page.suppose(T_2 * S_2.T, -T_1 * S_1.T)
 cut_k = page.suppose(k_2 * S_2.T, -k_1 * S_1.T)
 alike = page(
