@@ -48,6 +48,7 @@ F_l = letters("F_l", n - m, n - m, "`F` to the power `l`")
 D = letters("D", n - m, m, "what the measurement does to it")
 S_i = letters("S_i", p_i, n - m, "picks a row block")
 S_h = letters("S_h", r_h, n - m, "picks the row block above it")
+S_1 = letters("S_1", m, n - m, "picks the first row block")
 T_i = letters("T_i", p_i, n, "that row block of `T_U`")
 T_h = letters("T_h", r_h, n, "the row block above it")
 D_i = letters("D_i", p_i, m, "that row block of `D`")
@@ -289,12 +290,24 @@ page(Explicit("VD 18, 20", "each row solves his system", x_i * M_i, -a_f, rows()
 
 page("""That all poles are zero only says that `F` vanishes after `n - m` steps. It does
     so earlier. The first block is zero at once. If a power of it is zero in the block
-    above, the next power is zero in this one. By induction over the `p_M - 1` blocks,
-    `F` is zero after as many steps. So the
-    observer is exact from sample number `p_M` on, whatever it began with.""")
-gone = page.suppose(S_h * F_l, ZeroMatrix(r_h, n - m))
-page(
-    letters.derive("", "one more power and one more block", S_i * F * F_l)
-    .use(below)
-    .use(gone)
+    above, the next power is zero in this one.""")
+at_once = page.suppose(S_1 * F, ZeroMatrix(m, n - m))
+first_block = page(letters.derive("", "the first block is zero", S_1 * F).use(at_once))
+with page.scope(letters.suppose(S_h * F_l, ZeroMatrix(r_h, n - m))) as gone:
+    next_block = page(
+        letters.derive("", "one more power and one more block", S_i * F * F_l)
+        .use(below)
+        .use(gone)
+    )
+page.induction(
+    "",
+    "each power is zero in one more block",
+    gone,
+    base=first_block,
+    step=next_block,
+    first={S_h: S_1, F_l: F},
+    then={S_h: S_i, F_l: F * F_l},
 )
+
+page("""There are `p_M - 1` blocks, and `F` is zero after as many steps. So the observer
+    is exact from sample number `p_M` on, whatever it began with.""")

@@ -77,6 +77,8 @@ P_j = letters("P_j", p_j, n, "block `j` of `P`")
 P_o = letters("P_o", n - p_j, n, "its other blocks")
 w_next = letters("w_next", n, 1, "the same one sample on")
 A_l = letters("A_l", n, n, "`A` to the power `l`")
+A_next = letters("A_l_next", n, n, "`A` to the power `l + 1`")
+Phi_next = letters("Phi_l_next", n, n, "`Phi` to the power `l + 1`")
 p = letters("p", m, 1, "the indices `p_i`, one below the other")
 v = letters("v", m, 1, "where the blocks end: `v_i = p_1 + ... + p_i`")
 count = letters("k", n, 1, "the numbers from 1 to `n`")
@@ -386,12 +388,27 @@ page(
     .fold(is_w)
 )
 
-page("""By induction, a row of the one observability matrix is the same row of the
-    other, times `P`: for the first rows that is `C = H P`. So the new pair is
-    observable exactly if the old one is.""")
-so_far = page.suppose(C * A_l, H * Phi_l * P, "3")
-page(
-    letters.derive("3", "the rows of both observability matrices", C * A_l * A)
-    .use(so_far)
-    .use(turned)
+page("""A row of the one observability matrix is the same row of the other, times `P`.
+    So the new pair is observable exactly if the old one is.""")
+first_rows = page(
+    letters.derive("3", "the first rows of both", C * I).by(H * I * P, read)
+)
+power = page.let(A_next, A_l * A)
+new_power = page.let(Phi_next, Phi_l * Phi)
+with page.scope(letters.suppose(C * A_l, H * Phi_l * P, "3")) as so_far:
+    further = page(
+        letters.derive("3", "the next rows of both", C * A_next)
+        .put(power)
+        .use(so_far)
+        .use(turned)
+        .fold(new_power)
+    )
+page.induction(
+    "3",
+    "the rows of both observability matrices",
+    so_far,
+    base=first_rows,
+    step=further,
+    first={A_l: I, Phi_l: I},
+    then={A_l: A_next, Phi_l: Phi_next},
 )

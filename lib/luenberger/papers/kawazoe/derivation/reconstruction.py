@@ -45,6 +45,8 @@ Phi_next = letters("Phi_l_next", n, n, "`Phi` to the power `l + 1`")
 w_l = letters("w_l", n, 1, "state `l` samples on")
 s_l = letters("s_l", n, 1, "what the inputs have added in `l` samples")
 s_next = letters("s_l_next", n, 1, "what they have added in `l + 1` samples")
+s_0 = letters("s_0", n, 1, "what they have added before the first sample")
+s_1 = letters("s_1", n, 1, "what they have added in one sample")
 y_l = letters("y_l", m, 1, "measurement `l` samples on")
 Gam_l = letters("Gamma_l", n, s, "`Phi^(l-1) G`, ..., `Phi G`, `G` side by side")
 Gam_next = letters("Gamma_l_next", n, s + r, "the same one sample on")
@@ -151,17 +153,30 @@ page(
 is_y_l = page.let(y_l, H * w_l, "10")
 page(letters.derive("15", "a later output", y_l).put(is_y_l, later).expand())
 
-page("""By induction over the samples, what the inputs add is a sum: the powers of `Phi`
-    times `G` side by side, times all inputs.""")
+page("""What the inputs add is a sum, after any number of samples: the powers of `Phi`
+    times `G` side by side, times all inputs. After one sample it is `G` times the
+    input.""")
+nothing = page.suppose(s_0, ZeroMatrix(n, 1))
+once = page.let(s_1, Phi * s_0 + G * u, "15")
+one_sample = page(letters.derive("15", "the sum of one sample", once).use(nothing))
+longer = page.let(Gam_next, BlockMatrix([[Phi * Gam_l, G]]))
+stacked = page.let(u_next, BlockMatrix([[u_p], [u]]))
 with page.scope(letters.suppose(s_l, Gam_l * u_p, "15")) as summed:
-    longer = page.let(Gam_next, BlockMatrix([[Phi * Gam_l, G]]))
-    stacked = page.let(u_next, BlockMatrix([[u_p], [u]]))
-    page(
+    one_more = page(
         letters.derive("15", "the sum of one sample more", Gam_next * u_next)
         .multiply(longer, stacked)
         .fold(summed)
         .fold(added)
     )
+page.induction(
+    "15",
+    "the sum of any number of samples",
+    summed,
+    base=one_sample,
+    step=one_more,
+    first={s_l: s_1, Gam_l: G, u_p: u},
+    then={s_l: s_next, Gam_l: Gam_next, u_p: u_next},
+)
 
 page("""Take output `i`. After `l` samples the state is seen through `e_v Phi^l`. As
     long as entry `l + 1` of the block is not its last, one more `Phi` moves the one in
