@@ -25,7 +25,8 @@ from luenberger.papers.haddad_bernstein.derivation import equivalent_noise, mome
 from luenberger.papers.leondes_novak.derivation import any_observer as joint
 from luenberger.papers.leondes_novak.derivation import huddle
 from luenberger.papers.leondes_novak.derivation.letters import observer, plant
-from matrixproof import Identity, Unproved, prove
+from matrixproof import Identity, prove
+from matrixproof.proofs import Unproved
 
 ROOM = Path(lb.__file__).parent
 TESTS = Path(__file__).parent

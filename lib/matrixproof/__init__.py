@@ -61,51 +61,37 @@ It needs SymPy alone.
 """
 
 from .chains import Chain
-from .derivation import Derivation, Page, equivalent
+from .derivation import Derivation, Page
 from .deriving import derive
-from .explicit import Construction, Counterexample, Explicit, Positive
-from .lines import AtLeast, Cyclic, Equation, Iff, Line, Substitute
-from .models import evaluate, refute
+from .explicit import Explicit
+from .lines import Line
+from .models import refute
 from .notation import Notation, letters
-from .operators import Differential, Expect, Gradient
-from .proofs import Unproved, prove
+from .operators import Expect
+from .proofs import prove
 from .relations import Relation
 from .stages import Solve, Stage
-from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, plus
+from .symbols import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix
 from .typeset import latex, text
 
 __all__ = [
-    "AtLeast",
     "BlockMatrix",
     "Chain",
-    "Construction",
-    "Counterexample",
-    "Cyclic",
     "Derivation",
-    "Differential",
-    "Equation",
     "Expect",
     "Explicit",
-    "Gradient",
     "Identity",
-    "Iff",
     "Line",
     "MatrixSymbol",
     "Notation",
     "Page",
-    "Positive",
     "Relation",
     "Solve",
     "Stage",
-    "Substitute",
-    "Unproved",
     "ZeroMatrix",
     "derive",
-    "equivalent",
-    "evaluate",
     "latex",
     "letters",
-    "plus",
     "prove",
     "refute",
     "text",

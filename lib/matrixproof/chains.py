@@ -22,7 +22,7 @@ from .dependence import letters as inside
 from .lines import WIDEST_REASON, AtLeast, Equation, Implies, Line
 from .operators import Derivative, Operator
 from .page_model import impossible
-from .relations import Reasons, Relation, Result, unfounded
+from .relations import Reasons, Relation, Result, under, unfounded
 from .symbols import Symmetric
 from .typeset import Show, columns, latex, padded, text
 from .words import Formula, Symbols, Values, kept, plain
@@ -137,6 +137,7 @@ def needed(chain):
 
 
 CHECKED, FAILED = "✓", "✗"
+LATEX_MARKS = {CHECKED: r"\checkmark", "(✓)": r"(\checkmark)", FAILED: r"\times"}
 
 
 class Row(NamedTuple):
@@ -150,8 +151,48 @@ class Row(NamedTuple):
     follows: bool = True
 
 
+class Shown:
+    """What has a number and words, is checked, and is shown with what is wrong."""
+
+    number: str
+    says: str
+    _faults: Any
+
+    @property
+    def title(self) -> str:
+        """Its number and what it says."""
+        return under(self.number, self.says)
+
+    def check(self) -> list[str]:
+        """What is wrong; [] when it is as it says."""
+        return list(self._faults)
+
+    @property
+    def mark(self) -> str:
+        """✓ or ✗."""
+        return FAILED if self.check() else CHECKED
+
+    def _as_text(self):
+        """Its lines in Unicode, under the title."""
+        raise NotImplementedError
+
+    def _as_latex(self):
+        """Its rows in LaTeX, between the columns of which stands &."""
+        raise NotImplementedError
+
+    def __str__(self):
+        faults = (f"  {fault}" for fault in self.check())
+        return "\n".join([*filter(None, [self.title]), *self._as_text(), *faults])
+
+    def __repr__(self):
+        return str(self)
+
+    def _repr_latex_(self):
+        return framed(self._as_latex(), self.number)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
-class Chain:
+class Chain(Shown):
     r"""A derivation that reads from top to bottom.
 
     Parameters
@@ -179,10 +220,8 @@ class Chain:
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, S = (MatrixSymbol(name, n, n) for name in "ABS")
+    >>> from matrixproof import Relation, letters
+    >>> A, B, S = letters("A:n*n B:n*n S:n*n")
     >>> meant = Relation("S = A + B", S, A + B)
     >>> chain = Chain("2", "a product", A * S, [
     ...     Line(A * (A + B), by=[meant]),
@@ -274,16 +313,10 @@ class Chain:
         """
         if not self.equates:
             raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
-        number = f"({self.number}) " if self.number else ""
         says = f"{text(self.left)} = {text(self.right)}"
         if columns(says) > WIDEST_REASON:
             says = self.says
-        return Result(number + says, self.left, self.right, self)
-
-    @property
-    def title(self) -> str:
-        """Its number and what it says."""
-        return f"({self.number}) {self.says}" if self.number else self.says
+        return Result(under(self.number, says), self.left, self.right, self)
 
     @cached_property
     def supposes(self) -> Symbols:
@@ -343,9 +376,7 @@ class Chain:
             found = unfounded(line.cites, self._known)
             return found + line.complaints(left, self._known) + self.too_wide(line)
         except (TypeError, ValueError) as e:
-            blocks = any(isinstance(r.right, sp.BlockMatrix) for r in line.cites)
-            mend = "; blocks are put in by Substitute" if blocks else ""
-            return [f"cannot be checked: {e}{mend}"]
+            return [f"cannot be checked: {e}"]
 
     def too_wide(self, line: Line) -> list[str]:
         """A complaint if a line that is shown does not fit on a page."""
@@ -443,29 +474,21 @@ class Chain:
 
     # -- shown --------------------------------------------------------------------
 
-    def __str__(self):
-        start = self.start(text)
+    def _as_text(self):
         rows = [
             (f"{head} {sign} {body}".strip(), reason, FAILED if faults else CHECKED)
             for head, sign, body, _, reason, faults in self.displayed(text)
         ]
         wide = [max((columns(row[k]) for row in rows), default=0) for k in range(2)]
-        out = [*filter(None, [self.title]), f"  {start}"]
-        out += [
-            f"    {padded(body, wide[0])}  {padded(reason, wide[1])}  {mark}"
-            for body, reason, mark in rows
-        ]
-        return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
+        yield f"  {self.start(text)}"
+        for body, reason, mark in rows:
+            yield f"    {padded(body, wide[0])}  {padded(reason, wide[1])}  {mark}"
 
-    __repr__ = __str__
-
-    def _repr_latex_(self):
-        rows = []
+    def _as_latex(self):
         for row in self.rows(latex):
-            mark = r"\checkmark" if row.follows else r"\times"
+            mark = LATEX_MARKS[CHECKED if row.follows else FAILED]
             rest = f"&& {row.reason} && {mark}" if row.sign else ""
-            rows.append(f"{row.left} &{row.sign} {row.right} {rest}".strip())
-        return framed(rows, self.number)
+            yield f"{row.left} &{row.sign} {row.right} {rest}".strip()
 
     def start(self, show: Show) -> str:
         """What the chain begins with, set by `latex` or `text`."""

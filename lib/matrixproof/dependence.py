@@ -23,9 +23,9 @@ Tied = dict[Any, Relation]  # by which relation each letter moves
 def letters(expr: Formula) -> frozenset[Any]:
     """The letters of an expression, for matrices and for numbers; no sizes.
 
-    >>> from matrixproof import MatrixSymbol
-    >>> n, t = sp.symbols("n t")
-    >>> sorted(map(str, letters(t * MatrixSymbol("A", n, n))))
+    >>> import matrixproof
+    >>> A, t = matrixproof.letters("A:n*n t")
+    >>> sorted(map(str, letters(t * A)))
     ['A', 't']
     """
     matrices = expr.atoms(sp.MatrixSymbol)
@@ -81,9 +81,8 @@ class Scope:
 
     Examples
     --------
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = sp.symbols("n", integer=True, positive=True)
-    >>> A, B, C, S, X = (MatrixSymbol(name, n, n) for name in "ABCSX")
+    >>> from matrixproof import Relation, letters
+    >>> A, B, C, S, X = letters("A:n*n B:n*n C:n*n S:n*n X:n*n")
     >>> scope = Scope([Relation("S = X' A", S, X.T * A), Relation("C = S", C, S)])
     >>> {str(x): r.name for x, r in scope.tied([X]).items()}
     {'S': "S = X' A", 'C': 'C = S'}

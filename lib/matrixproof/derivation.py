@@ -764,7 +764,8 @@ def equivalent(
     Examples
     --------
     >>> from sympy import symbols
-    >>> from matrixproof import Derivation, Notation, Stage, equivalent
+    >>> from matrixproof import Derivation, Notation, Stage
+    >>> from matrixproof.derivation import equivalent
     >>> n = symbols("n", integer=True, positive=True)
     >>> letters = Notation()
     >>> A, B, S, X = (letters(x, n, n, f"the matrix {x}") for x in "ABSX")

@@ -15,12 +15,12 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .algebra import Algebra, Blocks, Polynomial, Traces
 from .chains import Chain
 from .dependence import Scope, declared, letters
-from .lines import AtLeast, Cyclic, Line, Substitute, cited_text, follows
+from .lines import AtLeast, Line, cited_text, follows
 from .operators import Differential, Expect, Gradient, Moments, Transposed, as_traces
 from .orders import prove_at_least, root_of
 from .proofs import prove
 from .relations import Relation, named
-from .symbols import MatrixProduct, MatrixSum, Over, Own, ZeroMatrix, plus
+from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
 from .terms import (
     Pattern,
     as_before,
@@ -135,16 +135,8 @@ def begun(number, says, left, symmetric, **more):
     by = getattr(left, "relation", left)
     if not isinstance(by, Relation):
         return Derived(number, says, left, (), tuple(symmetric), **more)
-    line = (Substitute if in_blocks([by]) else Line)(by.right, (by,))
-    return Derived(number, says, by.left, (line,), tuple(symmetric), **more)
-
-
-def in_blocks(relations):
-    """Whether one of them says what is in the blocks of a letter."""
-    return any(
-        isinstance(r.left, sp.MatrixSymbol) and isinstance(r.right, sp.BlockMatrix)
-        for r in relations
-    )
+    lines = (Line(by.right, (by,)),)
+    return Derived(number, says, by.left, lines, tuple(symmetric), **more)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -213,9 +205,7 @@ class Derived(Chain):
                 which = " or ".join(map(text, meant))
                 raise ValueError(f"the line has no letter {which}")
             right = put_in(right, meant)
-        put = any(sp.sympify(e).has(sp.BlockMatrix) for e in (self.right, right))
-        twice = any(repeated(self.right, r) for r in by)
-        return self._then((Substitute if put or twice else Line)(right, by))
+        return self._then(Line(right, by))
 
     def use(self, *relations: Any) -> Derived:
         """Relations used from left to right: what is their left side is replaced.
@@ -261,7 +251,7 @@ class Derived(Chain):
                 said = f"{text(sought)}: it is {text(right)}"
                 raise ValueError(f"the line has no {said}")
             right = seen
-        return self._then((Substitute if in_blocks(by) else Line)(right, by))
+        return self._then(Line(right, by))
 
     def by(self, right: Formula, *relations: Any) -> Derived:
         """What the engine proves the line to equal, from some of these relations.
@@ -283,8 +273,8 @@ class Derived(Chain):
             = C A  A B = C  ✓
         """
         given = named(relations)
-        if in_blocks(given):
-            line = Substitute(right, given)
+        if any(isinstance(r.right, sp.BlockMatrix) for r in given):
+            line = Line(right, given)
             if left_over := line.gap(self.right, given, self._known):
                 raise ValueError(f"the line is not {text(right)}: {left_over}")
             return self._then(line)
@@ -520,7 +510,7 @@ class Derived(Chain):
         self._normal(Traces, "only the factors in a trace can be rotated")
         algebra = self._algebra()
         total = joined(opened(self.right, algebra), algebra, first)
-        return self._then(Cyclic(scalar(total)))
+        return self._then(Line(scalar(total), why="the trace is cyclic"))
 
     # -- what is done to it -----------------------------------------------------------
 
@@ -873,12 +863,6 @@ def meanings(relation):
         if isinstance(old, (sp.MatrixSymbol, sp.Symbol)):
             found.setdefault(old, new)
     return found
-
-
-def repeated(expr, relation):
-    """Whether a sum is put in more than once, each time with an index of its own."""
-    letter, means = relation
-    return plain(means).has(Over) and plain(expr).count(letter) > 1
 
 
 def titled(number, left, right):

@@ -13,12 +13,12 @@ from typing import ClassVar
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .chains import framed
+from .chains import LATEX_MARKS, Shown
 from .lines import cited_latex, cited_text, gap, idle, shown, words
 from .models import differ, evaluate, model, sizes_of
 from .prose import plain
 from .relations import Reasons, named, refuse_means, unfounded
-from .typeset import Show, columns, latex, padded, text
+from .typeset import columns, latex, padded, text
 from .words import Formula, denied, exact, kept, same_shape
 
 
@@ -57,11 +57,10 @@ class Claim:
 
 LISTED = 6  # choices that are named; of more, the first three
 WIDEST_LINE = 72  # characters; a wider matrix has a line for each row
-LATEX_MARKS = {"✓": r"\checkmark", "(✓)": r"(\checkmark)", "✗": r"\times"}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Explicit:
+class Explicit(Shown):
     """`left = right` at explicit matrices, at one or at several sizes.
 
     Parameters
@@ -79,9 +78,8 @@ class Explicit:
     Examples
     --------
     >>> from sympy import Matrix, symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> S, v = MatrixSymbol("S", n, n), MatrixSymbol("v", n, 1)
+    >>> from matrixproof import letters
+    >>> S, v = letters("S:n*n v:n")
     >>> a, b = symbols("a b")
     >>> turned = {S: Matrix([[0, 1], [1, 0]]), v: Matrix([a, b])}
     >>> swap = Explicit("", "a swap undoes itself", S * S * v, v, {"n = 2": turned})
@@ -105,7 +103,6 @@ class Explicit:
     why: str = ""
 
     sign: ClassVar[str] = "="
-    latex_sign: ClassVar[str] = "="
     fault: ClassVar[str] = "the sides differ"
     relations: ClassVar[tuple] = ()
 
@@ -130,10 +127,6 @@ class Explicit:
         """What must be so at one choice."""
         return Claim(left, right)
 
-    def check(self) -> list[str]:
-        """What is wrong; [] when the statement holds wherever it is evaluated."""
-        return list(self._faults)
-
     @cached_property
     def _faults(self):
         try:
@@ -151,8 +144,8 @@ class Explicit:
     def mark(self) -> str:
         """✓ or ✗; (✓) where letters of any size have some sizes only."""
         sizes = (d for chosen in self.cases.values() for x in chosen for d in shape(x))
-        right = "(✓)" if any(sp.sympify(d).free_symbols for d in sizes) else "✓"
-        return "✗" if self.check() else right
+        partly = any(sp.sympify(d).free_symbols for d in sizes)
+        return "(✓)" if partly and not self._faults else super().mark
 
     @property
     def _shown(self):
@@ -166,21 +159,16 @@ class Explicit:
         where = f"evaluated for {'; '.join(names)}" if names else ""
         return ", ".join(filter(None, [self.why, where])) or "evaluated"
 
-    def __str__(self):
-        title = f"({self.number}) {self.says}" if self.number else self.says
-        out = [title, f"  {text(self.left)} {self.sign} {text(self.right)}"]
-        out += [line for pair in self._shown.items() for line in rows_of(*pair)]
-        out.append(f"    {plain(self.reason())}  {self.mark}")
-        return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
+    def _as_text(self):
+        yield f"  {text(self.left)} {self.sign} {text(self.right)}"
+        for pair in self._shown.items():
+            yield from rows_of(*pair)
+        yield f"    {plain(self.reason())}  {self.mark}"
 
-    __repr__ = __str__
-
-    def _repr_latex_(self):
-        mark = LATEX_MARKS[self.mark]
-        rows = [f"{latex(self.left)} &{self.latex_sign} {latex(self.right)}"]
-        rows += [f"{latex(s)} &= {latex(v)}" for s, v in self._shown.items()]
-        rows.append(f"&{words(self.reason())} && {mark}")
-        return framed(rows, self.number)
+    def _as_latex(self):
+        yield f"{latex(self.left)} &{self.sign} {latex(self.right)}"
+        yield from (f"{latex(s)} &= {latex(v)}" for s, v in self._shown.items())
+        yield f"&{words(self.reason())} && {LATEX_MARKS[self.mark]}"
 
 
 class Positive(Explicit):
@@ -199,7 +187,6 @@ class Positive(Explicit):
     """
 
     sign: ClassVar[str] = ">"
-    latex_sign: ClassVar[str] = ">"
     fault: ClassVar[str] = "not every entry is known to be positive"
 
     def claim(self, left: Formula, right: Formula) -> Claim:
@@ -288,7 +275,7 @@ def made_one(expr):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Construction:
+class Construction(Shown):
     """Something exists, because here it is.
 
     Parameters
@@ -306,12 +293,9 @@ class Construction:
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import Identity, MatrixSymbol, Relation
-    >>> n, p = symbols("n p", integer=True, positive=True)
-    >>> C, G = MatrixSymbol("C", p, n), MatrixSymbol("G", n, p)
-    >>> X, N = MatrixSymbol("X", n, p), MatrixSymbol("N", p, p)
-    >>> right_inverse = Relation("C G = I", C * G, Identity(p))
+    >>> from matrixproof import Identity, Relation, letters
+    >>> C, G, X, N = letters("C:p*n G:n*p X:n*p N:p*p")
+    >>> right_inverse = Relation("C G = I", C * G, Identity(C.rows))
     >>> solved = Construction("", "an equation that can be solved", {X: G * N},
     ...                       satisfies=[Relation("C X = N", C * X, N)],
     ...                       by=[right_inverse])
@@ -350,10 +334,6 @@ class Construction:
             *self.values.values(),
             *(e for r in self.relations for e in r),
         ]
-
-    def check(self) -> list[str]:
-        """What is wrong with the construction; [] when it does what it says."""
-        return list(self._faults)
 
     @cached_property
     def _faults(self):
@@ -405,27 +385,24 @@ class Construction:
             found.append(f"nothing is asked of {listed(idle_ones)}")
         return found
 
-    def __str__(self):
-        title = f"({self.number}) {self.says}" if self.number else self.says
-        out = [title, *(f"  {text(s)} = {text(v)}" for s, v in self.values.items())]
-        does = ", ".join(map(cited_text, self.satisfies))
-        reason = ", ".join(map(cited_text, self.by))
-        out.append(f"    satisfies {does}  {reason}  {'✗' if self.check() else '✓'}")
-        return "\n".join([*out, *(f"  {fault}" for fault in self.check())])
+    def _as_text(self):
+        yield from (f"  {text(s)} = {text(v)}" for s, v in self.values.items())
+        does, reason = (
+            ", ".join(map(cited_text, x)) for x in (self.satisfies, self.by)
+        )
+        yield f"    satisfies {does}  {reason}  {self.mark}"
 
-    __repr__ = __str__
-
-    def _repr_latex_(self):
-        does = r",\; ".join(map(cited_latex, self.satisfies))
-        reason = r",\; ".join(map(cited_latex, self.by))
-        mark = r"\times" if self.check() else r"\checkmark"
-        rows = [f"{latex(s)} &= {latex(v)}" for s, v in self.values.items()]
-        rows.append(rf"&\text{{satisfies }} {does} && {reason} && {mark}")
-        return framed(rows, self.number)
+    def _as_latex(self):
+        yield from (f"{latex(s)} &= {latex(v)}" for s, v in self.values.items())
+        does, reason = (
+            r",\; ".join(map(cited_latex, x)) for x in (self.satisfies, self.by)
+        )
+        mark = LATEX_MARKS[self.mark]
+        yield rf"&\text{{satisfies }} {does} && {reason} && {mark}"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Counterexample:
+class Counterexample(Shown):
     """A claim that is false, because here are matrices that deny it.
 
     Parameters
@@ -442,10 +419,9 @@ class Counterexample:
 
     Examples
     --------
-    >>> from sympy import Matrix, symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> from sympy import Matrix
+    >>> from matrixproof import letters
+    >>> A, B = letters("A:n*n B:n*n")
     >>> sums = Counterexample("", "the inverse of a sum", (A + B).I, A.I + B.I,
     ...                       {A: Matrix([[1]]), B: Matrix([[1]])})
     >>> sums.check()
@@ -480,8 +456,8 @@ class Counterexample:
         """Every expression in it."""
         return [self.left, self.right, *(e for r in self.given for e in r)]
 
-    def check(self) -> list[str]:
-        """What is wrong with the example; [] when it denies the claim and no more."""
+    @cached_property
+    def _faults(self):
         found = [
             f"does not satisfy {cited_text(r)}"
             for r in self.given
@@ -501,37 +477,23 @@ class Counterexample:
             found.append("the sides are equal")
         return found
 
-    def said(self, show: Show) -> tuple[list[str], list[str]]:
+    def _said(self, show):
         """The values as equations, and the two sides at them."""
         values = [f"{show(s)} = {shown(v, show)}" for s, v in self.values.items()]
-        sides = [
-            shown(evaluate(side, self.values), show) for side in (self.left, self.right)
-        ]
-        return values, sides
+        sides = self.left, self.right
+        return values, *(shown(evaluate(x, self.values), show) for x in sides)
 
-    def __str__(self):
-        title = f"({self.number}) {self.says}" if self.number else self.says
-        values, (left, right) = self.said(text)
-        faults = self.check()
-        out = [
-            title,
-            f"  {text(self.left)} ≠ {text(self.right)}",
-            f"    with {', '.join(values)}, the sides are {left} and {right}  "
-            + ("✗" if faults else "✓"),
-        ]
-        return "\n".join([*out, *(f"  {fault}" for fault in faults)])
+    def _as_text(self):
+        values, left, right = self._said(text)
+        said = f"with {', '.join(values)}, the sides are {left} and {right}"
+        yield f"  {text(self.left)} ≠ {text(self.right)}"
+        yield f"    {said}  {self.mark}"
 
-    __repr__ = __str__
-
-    def _repr_latex_(self):
-        values, (left, right) = self.said(latex)
-        mark = r"\times" if self.check() else r"\checkmark"
-        joined = r",\; ".join(values)
-        rows = [
-            rf"{latex(self.left)} &\ne {latex(self.right)}",
-            rf"{left} &\ne {right} && {joined} && {mark}",
-        ]
-        return framed(rows, self.number)
+    def _as_latex(self):
+        values, left, right = self._said(latex)
+        yield rf"{latex(self.left)} &\ne {latex(self.right)}"
+        said = r",\; ".join(values)
+        yield rf"{left} &\ne {right} && {said} && {LATEX_MARKS[self.mark]}"
 
 
 def letters_of(*expressions):

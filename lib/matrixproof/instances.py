@@ -14,15 +14,14 @@ from .chains import Chain
 from .dependence import declared, letters
 from .lines import (
     AtLeast,
-    Cyclic,
     Equation,
     Iff,
     Line,
-    Substitute,
-    cited_latex,
+    cited,
     cited_text,
+    listed,
     numbered,
-    words,
+    worded,
 )
 from .operators import Operator
 from .relations import Moment, Reasons, Relation, Result, named
@@ -69,15 +68,14 @@ class Instance(Chain):
 
     def _why(self, show):
         """The theorem, and what it was given."""
-        cite, word = (cited_latex, words) if show is latex else (cited_text, str)
-        said = [(numbered(r)[0], r) for r in self.supposed]
         said = [
-            r.show(show) if isinstance(r, Moment) else word(k) if k else cite(r)
-            for k, r in said
+            r.show(show)
+            if isinstance(r, Moment)
+            else worded(numbered(r)[0], show) or cited(r, show)
+            for r in self.supposed
         ]
         theorem = f"theorem: {self.of.title}" + ", with " * bool(said)
-        joint = r",\; " if show is latex else ", "
-        return word(theorem) + joint.join(dict.fromkeys(said))
+        return worded(theorem, show) + listed(dict.fromkeys(said), show)
 
     @property
     def supposed(self) -> tuple[Relation, ...]:
@@ -274,14 +272,9 @@ class Mapped:
                 new[name] = {self.letter(x): self.letter(d) for x, d in value.items()}
             elif name == "of":
                 new[name] = self.letter(value)
-        kind = type(line)
-        if kind is Substitute and not all(
-            isinstance(r.left, sp.MatrixSymbol | sp.Symbol) for r in new["by"]
-        ):
-            kind = Line
-        if kind in (Line, Substitute) and not new["by"]:
-            kind, new["why"] = Line, new["why"] or "multiply out"
-        return kind(**new)
+        if type(line) is Line and not new["by"]:
+            new["why"] = new["why"] or "multiply out"
+        return type(line)(**new)
 
     def letter(self, x):
         found = self.put(x)
@@ -298,8 +291,6 @@ class Mapped:
             except (TypeError, ValueError):
                 return line  # whose check says so
             said = [x.removeprefix("does not need ") for x in idle]
-            if type(line) is Cyclic and said == ["that the trace is cyclic"]:
-                return Line(line.right, why="multiply out")
             for name in ("by", "moments"):
                 cites = getattr(line, name, ())
                 spare = [r for r in cites if {cited_text(r), r.show(text)} & set(said)]

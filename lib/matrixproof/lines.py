@@ -12,18 +12,17 @@ from typing import Any, ClassVar
 import sympy as sp
 from sympy.matrices.expressions.matexpr import MatrixExpr
 
-from .algebra import Algebra
 from .models import NoModel, denial, evaluate, instance
 from .proofs import Unproved, attempted, prove
 from .prose import FORMULA, as_latex, plain
-from .relations import Reasons, Relation, named, refuse_means
+from .relations import Reasons, Relation, is_letter, named, refuse_means
 from .rewriting import Contradiction
 from .symbols import MatrixProduct, Over
-from .terms import opened
 from .typeset import WIDEST, Show, latex, pieces, text, width
 from .words import Formula, ShapeError, Symbols
 
 WIDEST_REASON = 44  # characters; a longer relation is cited by its name alone
+LATEX_SIGNS = {"≥": r"\ge", "≤": r"\le", "⇒": r"\Rightarrow", "⇔": r"\Leftrightarrow"}
 ONE = r"\((?:[A-Za-z]+ )?\d[\d.]*[a-z]?'?(?:, \d[\d.]*'?|[–-]\d[\d.]*'?)*\)'?"
 NUMBER = re.compile(rf"({ONE}(?:[–-]{ONE})?)(?: |$)")  # of equations
 
@@ -123,10 +122,8 @@ def vacuous(left, right, cited, symmetric):
 def cited_text(relation):
     """A citation in Unicode: its number, and what it says if that is short.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> X, Y = MatrixSymbol("X_next", n, n), MatrixSymbol("Yhat", n, n)
+    >>> from matrixproof import Relation, letters
+    >>> X, Y = letters("X_next:n*n Yhat:n*n")
     >>> cited_text(Relation("(3.8) X = Y", X, Y)), cited_text(Relation("(3.9)", X, Y))
     ('(3.8) X₊ = Ŷ', '(3.9)')
     """
@@ -155,10 +152,8 @@ def numbered(relation):
 
     A bracket that its formula begins with is no number.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> X, Y = MatrixSymbol("X", n, n), MatrixSymbol("Y", n, n)
+    >>> from matrixproof import Relation, letters
+    >>> X, Y = letters("X:n*n Y:n*n")
     >>> numbered(Relation("(3.8) X = Y", X, Y))
     ('(3.8)', 'X = Y')
     >>> numbered(Relation("(X + Y) X = Y", (X + Y) * X, Y))
@@ -196,6 +191,21 @@ def too_wide(relation):
     return width(relation.left) + width(relation.right) > WIDEST_REASON
 
 
+def cited(relation, show):
+    """A citation, set by `latex` or `text`."""
+    return (cited_latex if show is latex else cited_text)(relation)
+
+
+def worded(string, show):
+    """Words beside a formula."""
+    return (words if show is latex else plain)(string)
+
+
+def listed(said, show):
+    """Formulas and words with commas between them."""
+    return (r",\; " if show is latex else ", ").join(said)
+
+
 def words(string):
     r"""Text inside a formula; what stands between backquotes is a formula.
 
@@ -226,15 +236,17 @@ class Line:
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
+    >>> from matrixproof import Relation, letters
+    >>> A, B, C = letters("A:n*n B:n*n C:n*n")
     >>> meant, idle = Relation("A B = C", A * B, C), Relation("B A = C", B * A, C)
     >>> Line(C * B, by=(meant,)).complaints(A * B * B, ())
     []
     >>> print(*Line(C * B, by=(meant, idle)).complaints(A * B * B, ()))
     does not need B A = C
+
+    Notes
+    -----
+    A relation that says what is in the blocks of a letter is used by putting them in.
     """
 
     right: Formula
@@ -242,7 +254,6 @@ class Line:
     why: str = ""
 
     sign: ClassVar[str] = "="
-    latex_sign: ClassVar[str] = "="
 
     def __post_init__(self):
         object.__setattr__(self, "by", named(self.by))
@@ -264,10 +275,13 @@ class Line:
         )
 
     def gap(self, left: Formula, cited: Reasons, symmetric: Symbols) -> Gap | None:
-        return gap(*self.equation(left), cited, symmetric)
+        return gap(*in_blocks(*self.equation(left), cited), symmetric)
 
     def follows(self, left: Formula, cited: Reasons, symmetric: Symbols) -> bool:
-        return follows(*self.equation(left), cited, symmetric)
+        try:
+            return follows(*in_blocks(*self.equation(left), cited), symmetric)
+        except ShapeError:  # blocks beside a letter whose blocks are not put in
+            return False
 
     def vacuous(self, left: Formula, symmetric: Symbols) -> list[str]:
         return vacuous(*self.equation(left), self.by, symmetric)
@@ -288,6 +302,10 @@ class Line:
 
     # -- shown ------------------------------------------------------------------------
 
+    @property
+    def latex_sign(self) -> str:
+        return LATEX_SIGNS.get(self.sign, self.sign)
+
     def head(self, show: Show) -> str:
         """What stands to the left of the sign: nothing, or what is done to the left."""
         return ""
@@ -302,87 +320,38 @@ class Line:
 
     def reason(self, show: Show) -> str:
         """Why the line follows, in words or formulas."""
-        cite, word = (cited_latex, words) if show is latex else (cited_text, plain)
-        said = [cite(r) for r in self.by] + ([word(self.why)] if self.why else [])
-        return (r",\; " if show is latex else ", ").join(said)
+        return listed(self.reasons(show), show)
+
+    def reasons(self, show: Show) -> list[str]:
+        """Each reason: what is cited, and words."""
+        why = [worded(self.why, show)] if self.why else []
+        return [*(cited(r, show) for r in self.by), *why]
 
     def __str__(self):
         return f"{self.head(text)} {self.sign} {self.body(text)}".strip()
 
 
-class Cyclic(Line):
-    """A line that holds because the trace of a product is that of its rotations.
+def in_blocks(left, right, cited):
+    """Two sides and what is cited, with blocks in the place of letters for them.
 
-    Multiplying out must not be enough, or the reason would be decoration.
-
-    >>> from sympy import Trace, symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
-    >>> Cyclic(Trace(B * A)).complaints(Trace(A * B), ())
-    []
-    >>> print(*Cyclic(Trace(A * B)).complaints(Trace(A * B), ()))
-    does not need that the trace is cyclic
+    So are sums over an index: where one is put in twice, each has an index of its own.
     """
+    meant: dict[Any, Any] = {}
 
-    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
-        found = super().complaints(left, symmetric)
-        if (
-            not found
-            and not self.by
-            and opened(left, Algebra()) == opened(self.right, Algebra())
-        ):
-            found = ["does not need that the trace is cyclic"]
-        return found
+    def put(expr):
+        for _ in meant:
+            expr = expr.xreplace(meant)
+        return expr
 
-    def reason(self, show: Show) -> str:
-        said = super().reason(show)
-        mine = words("the trace is cyclic") if show is latex else "the trace is cyclic"
-        return f"{said}, {mine}" if said else mine
-
-
-@dataclass(frozen=True, eq=False)
-class Substitute(Line):
-    """A definition put in, or a definition recognised.
-
-    Each relation cited must define a symbol, its left side, and nothing but putting
-    the definitions in is done.
-
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, S = (MatrixSymbol(x, n, n) for x in "ABS")
-    >>> sum_ = Relation("S = A + B", S, A + B)
-    >>> Substitute(A * (A + B), by=(sum_,)).complaints(A * S, ())
-    []
-    """
-
-    def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
-        for relation in self.by:
-            if not isinstance(relation.left, (sp.MatrixSymbol, sp.Symbol)):
-                return [f"{cited_text(relation)} does not define a symbol"]
-        return super().complaints(left, symmetric)
-
-    def gap(self, left: Formula, cited: Reasons, symmetric: Symbols) -> Gap | None:
-        return gap(*self._with_meanings(left, cited), (), symmetric)
-
-    def follows(self, left: Formula, cited: Reasons, symmetric: Symbols) -> bool:
-        try:
-            return follows(*self._with_meanings(left, cited), (), symmetric)
-        except ShapeError:  # blocks beside a symbol whose blocks are not put in
-            return False
-
-    def _with_meanings(self, left: Formula, cited: Reasons) -> tuple[Formula, Formula]:
-        meant = {r.left: r.right for r in cited}
-        left, right = self.equation(left)
-        return with_meanings(left, meant), with_meanings(right, meant)
-
-
-def with_meanings(expr, meant):
-    """Definitions put in until nothing changes."""
-    for _ in range(len(meant)):
-        expr = expr.xreplace(meant)
-    return expr
+    for r in cited * len(cited):  # one letter may stand in the blocks of another
+        made = put(sp.sympify(r.right))
+        if is_letter(r.left) and made.has(sp.BlockMatrix, Over) and not made.has(r.left):
+            meant[r.left] = r.right
+    if not meant:
+        return left, right, cited
+    rest = [r for r in cited if r.left not in meant]
+    others = tuple(Relation(r.name, put(r.left), put(r.right)) for r in rest)
+    return put(sp.sympify(left)), put(sp.sympify(right)), others
 
 
 @dataclass(frozen=True, eq=False)
@@ -414,10 +383,8 @@ class Equation:
 class Implies(Line):
     """An equation that follows from the one before it.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
+    >>> from matrixproof import letters
+    >>> A, B, C = letters("A:n*n B:n*n C:n*n")
     >>> Implies(Equation(A * C, B * C)).complaints(Equation(A, B), ())
     []
     >>> said = Implies(Equation(A, B)).complaints(Equation(A * C, B * C), ())
@@ -426,7 +393,6 @@ class Implies(Line):
     """
 
     sign: ClassVar[str] = "⇒"
-    latex_sign: ClassVar[str] = r"\Rightarrow"
 
     def complaints(self, left: Equation, symmetric: Symbols) -> list[str]:
         found = self._one_way(left, self.right, "the line before", symmetric)
@@ -466,16 +432,13 @@ class Implies(Line):
 class Iff(Implies):
     """An equation that says the same as the one before it.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, C = (MatrixSymbol(x, n, n) for x in "ABC")
+    >>> from matrixproof import letters
+    >>> A, B, C = letters("A:n*n B:n*n C:n*n")
     >>> Iff(Equation(A, B * C.I)).complaints(Equation(A * C, B), ())
     []
     """
 
     sign: ClassVar[str] = "⇔"
-    latex_sign: ClassVar[str] = r"\Leftrightarrow"
 
     def complaints(self, left: Equation, symmetric: Symbols) -> list[str]:
         back = self._one_way(self.right, left, "this line, back,", symmetric)
@@ -498,10 +461,8 @@ class AtLeast(Line):
         What is dropped is X X' with this X; between scalars, the trace of X X'.  The
         numbers in it must be real: sqrt(c) B needs a c that is not negative.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> from matrixproof import letters
+    >>> A, B = letters("A:n*n B:n*n")
     >>> AtLeast(A, root=B).complaints(A + B * B.T, ())
     []
     """
@@ -509,7 +470,6 @@ class AtLeast(Line):
     root: Formula = None
 
     sign: ClassVar[str] = "≥"
-    latex_sign: ClassVar[str] = r"\ge"
     side: ClassVar[int] = 1
 
     def complaints(self, left: Formula, symmetric: Symbols) -> list[str]:
@@ -547,30 +507,25 @@ class AtLeast(Line):
             square = sp.Trace(square)
         return left, self.right + self.side * square
 
-    def reason(self, show: Show) -> str:
+    def reasons(self, show: Show) -> list[str]:
         turned = isinstance(self.root, sp.Transpose)
         other = self.root.arg if turned else sp.Transpose(self.root)
         square = sp.MatMul(self.root, other, evaluate=False)
         square = self.square if self.root.has(Over) else square
-        mine = show(square) + (r" \ge 0" if show is latex else " ≥ 0")
-        said = super().reason(show)
-        joint = r",\; " if show is latex else ", "
-        return f"{mine}{joint}{said}" if said else mine
+        positive = r" \ge 0" if show is latex else " ≥ 0"
+        return [show(square) + positive, *super().reasons(show)]
 
 
 class AtMost(AtLeast):
     """The reverse inequality: a square is added.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
+    >>> from matrixproof import letters
+    >>> A, B = letters("A:n*n B:n*n")
     >>> AtMost(A + B * B.T, root=B).complaints(A, ())
     []
     """
 
     sign: ClassVar[str] = "≤"
-    latex_sign: ClassVar[str] = r"\le"
     side: ClassVar[int] = -1
 
 

@@ -461,15 +461,12 @@ def model(
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import Identity, MatrixSymbol
-    >>> n, p = symbols("n p", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", p, n), MatrixSymbol("B", n, p)
-    >>> found = model([(A * B, Identity(p))])
+    >>> from matrixproof import Identity, letters
+    >>> A, B, T = letters("A:p*n B:n*p T:n*n")
+    >>> found = model([(A * B, Identity(A.rows))])
     >>> found[A] * found[B] == Identity(found[A].rows).as_explicit()
     True
-    >>> T = MatrixSymbol("T", n, n)
-    >>> model([(T * T, T), (T * T, 2 * T), (T, Identity(n))]) is None
+    >>> model([(T * T, T), (T * T, 2 * T), (T, Identity(T.rows))]) is None
     True
     """
     found = instance(relations, symmetric, also)
@@ -544,11 +541,9 @@ def refute(
     --------
     A right inverse is not a left inverse, unless the matrices are square.
 
-    >>> from sympy import symbols
-    >>> from matrixproof import Identity, MatrixSymbol
-    >>> n, p = symbols("n p", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", p, n), MatrixSymbol("B", n, p)
-    >>> found = refute(B * A, Identity(n), given=[(A * B, Identity(p))])
+    >>> from matrixproof import Identity, letters
+    >>> A, B = letters("A:p*n B:n*p")
+    >>> found = refute(B * A, Identity(B.rows), given=[(A * B, Identity(A.rows))])
     >>> found[B] * found[A] == Identity(found[A].cols).as_explicit()
     False
     """
@@ -594,11 +589,10 @@ def evaluate(expr: Formula, values: Mapping[Any, Any]) -> Any:
 
     Examples
     --------
-    >>> from sympy import Matrix, symbols
-    >>> from matrixproof import Identity, MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A = MatrixSymbol("A", n, n)
-    >>> evaluate((A + Identity(n)).I, {A: Matrix([[1, 1], [0, 1]])})
+    >>> from sympy import Matrix
+    >>> from matrixproof import Identity, letters
+    >>> (A,) = letters("A:n*n")
+    >>> evaluate((A + Identity(A.rows)).I, {A: Matrix([[1, 1], [0, 1]])})
     Matrix([
     [1/2, -1/4],
     [  0,  1/2]])
@@ -617,10 +611,9 @@ def evaluate(expr: Formula, values: Mapping[Any, Any]) -> Any:
 def differ(left, right, values):
     """Whether two expressions have different values; a right side of 0 fits any left.
 
-    >>> from sympy import Matrix, symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A = MatrixSymbol("A", n, n)
+    >>> from sympy import Matrix
+    >>> from matrixproof import letters
+    >>> (A,) = letters("A:n*n")
     >>> differ(A, A.T, {A: Matrix([[0, 1], [0, 0]])})
     True
     """

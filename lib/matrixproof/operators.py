@@ -11,7 +11,7 @@ import sympy as sp
 from .algebra import Algebra, Blocks, Polynomial, Traces
 from .dependence import Scope, letters
 from .families import over, renamed, sums
-from .lines import Line, cited_text, words
+from .lines import Line, cited_text, worded
 from .page_model import impossible
 from .relations import Moment, Reasons, named
 from .symbols import MatrixSymbol, Member, Symmetric, at
@@ -107,8 +107,7 @@ class Derivative(Operator):
         said = super().reason(show)
         if not self.held:
             return said
-        word = words if show is latex else str
-        mine = ", ".join(map(show, self.held)) + word(" held")
+        mine = ", ".join(map(show, self.held)) + worded(" held", show)
         return f"{said}, {mine}" if said else mine
 
 
@@ -269,12 +268,9 @@ class Expect(Operator):
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, ZeroMatrix
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> F, P, Q = (MatrixSymbol(name, n, n) for name in "FPQ")
-    >>> e, w = MatrixSymbol("e", n, 1), MatrixSymbol("w", n, 1)
-    >>> white = (w * w.T, Q), (e * e.T, P), (e * w.T, ZeroMatrix(n, n))
+    >>> from matrixproof import letters
+    >>> F, P, Q, e, w = letters("F:n*n P:n*n Q:n*n e:n w:n")
+    >>> white = (w * w.T, Q), (e * e.T, P), (e * w.T, 0 * Q)
     >>> line = Expect(F * P * F.T + Q, moments=white)
     >>> line.complaints((F * e + w) * (F * e + w).T, ())
     []
@@ -337,11 +333,8 @@ class Expect(Operator):
     def marks(self, show: Show) -> tuple[str, str]:
         return (r"\mathrm{E}" if show is latex else "E"), ""
 
-    def reason(self, show: Show) -> str:
-        mine = [r.show(show) for r in self.moments]
-        rest = super().reason(show)
-        joint = r",\; " if show is latex else ", "
-        return joint.join([*mine, rest] if rest else mine)
+    def reasons(self, show: Show) -> list[str]:
+        return [*(r.show(show) for r in self.moments), *super().reasons(show)]
 
 
 def first(letter):

@@ -58,9 +58,8 @@ class Joint:
 
     Examples
     --------
-    >>> n = sp.symbols("n", integer=True, positive=True)
-    >>> A, P, Q = (MatrixSymbol(name, n, n) for name in "APQ")
-    >>> e, w = MatrixSymbol("e", n, 1), MatrixSymbol("w", n, 1)
+    >>> from matrixproof import letters
+    >>> A, P, Q, e, w = letters("A:n*n P:n*n Q:n*n e:n w:n")
     >>> given = Moment("", w * w.T, Q), Relation("", e, A * w), Moment("", e * e.T, P)
     >>> [(str(r.left), str(r.right)) for r in Joint(given).relations]
     [('A*Q*A.T', 'P'), ('Q', 'Q.T')]

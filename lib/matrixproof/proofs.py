@@ -184,12 +184,10 @@ def prove(
     --------
     The push-through identity: both inverses are of sums, and of different sizes.
 
-    >>> from sympy import Identity, MatrixSymbol, symbols
-    >>> from matrixproof import prove
-    >>> n, m = symbols("n m", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, m), MatrixSymbol("B", m, n)
-    >>> left = (Identity(n) + A * B).I * A
-    >>> right = A * (Identity(m) + B * A).I
+    >>> from matrixproof import Identity, letters, prove
+    >>> A, B = letters("A:n*m B:m*n")
+    >>> left = (Identity(A.rows) + A * B).I * A
+    >>> right = A * (Identity(B.rows) + B * A).I
     >>> proof = prove(left, right)
     >>> proof.check()
     True

@@ -4,6 +4,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
+import sympy as sp
+
 from .symbols import Member, shown
 from .typeset import Show, latex, text
 from .words import Formula, Symbols, plain
@@ -26,11 +28,9 @@ class Relation:
     --------
     A relation unpacks to its two sides, so that it can stand wherever a pair does.
 
-    >>> from sympy import Identity, MatrixSymbol, symbols
-    >>> from matrixproof import Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B = MatrixSymbol("A", n, n), MatrixSymbol("B", n, n)
-    >>> inverse = Relation("A B = I", A * B, Identity(n))
+    >>> from matrixproof import Identity, Relation, letters
+    >>> A, B = letters("A:n*n B:n*n")
+    >>> inverse = Relation("A B = I", A * B, Identity(A.rows))
     >>> left, right = inverse
     >>> left
     A*B
@@ -145,6 +145,16 @@ class Result(Relation):
     def mapped(self, put: Callable[[Formula], Formula]) -> Any:
         """A supposition: in other letters it is not what the chain has proved."""
         return Relation(self.name, self.left, self.right).mapped(put)
+
+
+def is_letter(expr: Any) -> bool:
+    """Whether an expression is a letter, for a matrix or for a number."""
+    return isinstance(expr, sp.MatrixSymbol | sp.Symbol)
+
+
+def under(number: str, says: str) -> str:
+    """Words, behind the number of an equation where there is one."""
+    return f"({number}) {says}" if number else says
 
 
 def unfounded(cited: Iterable[Relation], symmetric: Symbols) -> list[str]:

@@ -6,7 +6,7 @@ from functools import lru_cache
 
 import sympy as sp
 
-from .lines import Line, Substitute, cited_text, idle
+from .lines import Line, cited_text, idle
 from .proofs import attempted
 from .relations import Reasons, Relation, unfounded
 from .rewriting import Contradiction
@@ -66,10 +66,8 @@ class Stage:
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol, Relation
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> A, B, S = (MatrixSymbol(name, n, n) for name in "ABS")
+    >>> from matrixproof import Relation, letters
+    >>> A, B, S = letters("A:n*n B:n*n S:n*n")
     >>> meant = Relation("S = A + B", S, A + B)
     >>> Stage(S, A + B, by=(meant,)).complaints()
     []
@@ -162,8 +160,7 @@ class Stage:
     @property
     def line(self) -> Line:
         """The stage as a line of a chain that begins with its target."""
-        blocks = isinstance(self.expression, sp.BlockMatrix)
-        return (Substitute if blocks else Line)(self.expression, self.reasons)
+        return Line(self.expression, self.reasons)
 
     def shown(self, show: Show) -> str:
         """The assignment, set by `show`: `latex` or `text`."""

@@ -100,11 +100,9 @@ class MatrixSymbol(Operators, sp.MatrixSymbol):
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import Identity, MatrixSymbol
-    >>> n, m = symbols("n m", integer=True, positive=True)
-    >>> X, K = MatrixSymbol("X", n, m), MatrixSymbol("K", m, n)
-    >>> X * K + Identity(n)
+    >>> from matrixproof import Identity, letters
+    >>> X, K = letters("X:n*m K:m*n")
+    >>> X * K + Identity(X.rows)
     X*K + I
     >>> (X * K).I * X * K
     (X*K)**(-1)*X*K

@@ -113,11 +113,9 @@ def latex(expr: Formula) -> str:
 
     Examples
     --------
-    >>> from sympy import Trace, symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n, p = symbols("n p", integer=True, positive=True)
-    >>> K, C = MatrixSymbol("K_mv", n, p), MatrixSymbol("C", p, n)
-    >>> Omega = MatrixSymbol("Omega_next", n, n)
+    >>> from sympy import Trace
+    >>> from matrixproof import letters
+    >>> K, C, Omega = letters("K_mv:n*p C:p*n Omega_next:n*n")
     >>> print(latex(K * C * Omega * C.T))
     K_{\mathrm{mv}} C \Omega_{+} C'
     >>> print(latex(Trace(2 * Omega.I - C.T * C)))
@@ -141,11 +139,8 @@ def text(expr: Formula) -> str:
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import MatrixSymbol
-    >>> n, p = symbols("n p", integer=True, positive=True)
-    >>> K, C = MatrixSymbol("K", n, p), MatrixSymbol("C", p, n)
-    >>> Omega = MatrixSymbol("Omega", n, n)
+    >>> from matrixproof import letters
+    >>> K, C, Omega = letters("K:n*p C:p*n Omega:n*n")
     >>> print(text((K * C + Omega).I * Omega.I * (K * C).T))
     (K C + Ω)⁻¹ Ω⁻¹ (K C)'
     """

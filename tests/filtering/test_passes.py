@@ -18,7 +18,7 @@ from luenberger.errors import DesignError
 from luenberger.filtering import pack, passes, quick
 from luenberger.filtering.maps import Settings
 from luenberger.papers.leondes_novak.derivation import best_coordinates
-from matrixproof import evaluate
+from matrixproof.models import evaluate
 
 TOL = 1e-9
 

@@ -33,14 +33,10 @@ from luenberger.ledger.statements import (
 from luenberger.papers.hsia.derivation import laws, loop
 from luenberger.papers.hsia.derivation.loop import y_star
 from matrixproof import (
-    AtLeast,
     Chain,
-    Counterexample,
     Derivation,
-    Equation,
     Expect,
     Explicit,
-    Iff,
     Line,
     MatrixSymbol,
     Relation,
@@ -48,6 +44,8 @@ from matrixproof import (
     text,
 )
 from matrixproof.derivation import holds, vanishes
+from matrixproof.explicit import Counterexample
+from matrixproof.lines import AtLeast, Equation, Iff
 from matrixproof.operators import Transposed
 from matrixproof.relations import Let, Moment
 from tests.papers.hsia import test_loop

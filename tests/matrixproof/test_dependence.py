@@ -6,9 +6,7 @@ from sympy import Determinant, Trace, symbols
 
 from matrixproof import (
     Derivation,
-    Differential,
     Expect,
-    Gradient,
     Identity,
     Line,
     MatrixSymbol,
@@ -17,6 +15,7 @@ from matrixproof import (
     ZeroMatrix,
 )
 from matrixproof.dependence import Scope
+from matrixproof.operators import Differential, Gradient
 
 n = symbols("n", integer=True, positive=True)
 letters = Notation()

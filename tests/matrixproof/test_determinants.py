@@ -6,17 +6,9 @@ import pytest
 from sympy import Determinant as det
 from sympy import Trace, log, symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Chain,
-    Identity,
-    Line,
-    Unproved,
-    ZeroMatrix,
-    evaluate,
-    letters,
-    prove,
-)
+from matrixproof import BlockMatrix, Chain, Identity, Line, ZeroMatrix, letters, prove
+from matrixproof.models import evaluate
+from matrixproof.proofs import Unproved
 
 A, B, C, D = letters("A:n*m B:m*n C:m*n D:m*m")
 X, Y, T, S, U, V, W = letters("X:n*n Y:n*n T:n*n S:n*n= U:n*k V:k*n W:k*k")

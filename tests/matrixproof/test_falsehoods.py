@@ -5,27 +5,23 @@ import sympy as sp
 from sympy import Determinant, Dummy, Matrix, Rational, Symbol, Trace, sqrt, symbols
 
 from matrixproof import (
-    AtLeast,
     BlockMatrix,
-    Counterexample,
     Derivation,
-    Differential,
     Explicit,
-    Gradient,
     Identity,
     Line,
     MatrixSymbol,
     Notation,
-    Positive,
     Relation,
     Stage,
-    Unproved,
     ZeroMatrix,
     prove,
 )
 from matrixproof.algebra import Algebra
-from matrixproof.explicit import Claim
-from matrixproof.lines import AtMost, cited_latex, cited_text, numbered, words
+from matrixproof.explicit import Claim, Counterexample, Positive
+from matrixproof.lines import AtLeast, AtMost, cited_latex, cited_text, numbered, words
+from matrixproof.operators import Differential, Gradient
+from matrixproof.proofs import Unproved
 from matrixproof.words import ShapeError
 
 n, m, k = symbols("n m k", integer=True, positive=True)

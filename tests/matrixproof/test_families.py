@@ -13,7 +13,6 @@ from matrixproof import (
     Identity,
     Line,
     Notation,
-    Unproved,
     derive,
     latex,
     letters,
@@ -22,7 +21,7 @@ from matrixproof import (
 )
 from matrixproof.checker import complaints
 from matrixproof.families import over
-from matrixproof.lines import Substitute
+from matrixproof.proofs import Unproved
 from matrixproof.symbols import Member
 
 sum_i, A_i, B_i, x_i = letters("sum_i A_i:n*n B_i:n*n x_i:n")
@@ -131,7 +130,7 @@ def test_a_sum_takes_in_no_member_beside_it():
         except ValueError as e:
             found = [str(e)]
         assert found and ("stands beside a sum" in found[0] or "within" in found[0])
-    put_in = Substitute(sum_i * B_i * A_i, by=[(V, sum_i * B_i)])
+    put_in = Line(sum_i * B_i * A_i, by=[(V, sum_i * B_i)])
     (fault,) = Chain("", "", V * A_i, [put_in]).check()
     assert "stands beside a sum over i" in fault
 

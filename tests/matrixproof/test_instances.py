@@ -12,9 +12,7 @@ from luenberger.smoothing.derivation import next_state
 from luenberger.theory import observer
 from matrixproof import (
     Chain,
-    Equation,
     Identity,
-    Iff,
     Line,
     Notation,
     Page,
@@ -24,7 +22,7 @@ from matrixproof import (
     letters,
 )
 from matrixproof.dependence import behind
-from matrixproof.lines import Implies
+from matrixproof.lines import Equation, Iff, Implies
 from matrixproof.relations import Moment
 from matrixproof.words import ShapeError
 

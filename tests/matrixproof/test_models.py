@@ -7,9 +7,9 @@ import sympy as sp
 from identities import FALSE, TRUE, parts
 from sympy import Identity, Matrix, MatrixSymbol, Rational, Trace, ZeroMatrix
 
-from matrixproof import Relation, evaluate, prove, refute
+from matrixproof import Relation, prove, refute
 from matrixproof.exact import System, Unsolvable, roots
-from matrixproof.models import NoModel, differ, model
+from matrixproof.models import NoModel, differ, evaluate, model
 
 n, p, m = sp.symbols("n p m", integer=True, positive=True)
 A, B, T = (MatrixSymbol(name, n, n) for name in "ABT")

@@ -14,30 +14,32 @@ import sympy as sp
 from sympy import Determinant, Matrix, Rational, Symbol, Trace, symbols
 
 from matrixproof import (
-    AtLeast,
     BlockMatrix,
     Chain,
-    Construction,
-    Counterexample,
     Derivation,
-    Differential,
-    Equation,
     Explicit,
-    Gradient,
     Identity,
     Line,
     MatrixSymbol,
     Notation,
     Relation,
-    Unproved,
     ZeroMatrix,
-    evaluate,
     prove,
     refute,
 )
 from matrixproof.checker import complaints
-from matrixproof.explicit import Claim
-from matrixproof.lines import AtMost, Implies, cited_latex, cited_text
+from matrixproof.explicit import Claim, Construction, Counterexample
+from matrixproof.lines import (
+    AtLeast,
+    AtMost,
+    Equation,
+    Implies,
+    cited_latex,
+    cited_text,
+)
+from matrixproof.models import evaluate
+from matrixproof.operators import Differential, Gradient
+from matrixproof.proofs import Unproved
 from matrixproof.relations import Moment
 from matrixproof.statements import Statement
 from matrixproof.symbols import Own

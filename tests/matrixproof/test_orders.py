@@ -3,9 +3,11 @@
 import pytest
 from sympy import Matrix, Trace
 
-from matrixproof import Chain, Unproved, derive, evaluate, letters, prove
+from matrixproof import Chain, derive, letters, prove
 from matrixproof.lines import AtLeast
+from matrixproof.models import evaluate
 from matrixproof.orders import at_least, prove_at_least
+from matrixproof.proofs import Unproved
 
 P, Q, S, X, V, W = letters("P:n*n= Q:n*n= S:n*n= X:n*n= V:n*n= W:n*n=")
 T, A, B, K, R = letters("T:m*n A:n*n B:n*n K:n*p R:p*p=")

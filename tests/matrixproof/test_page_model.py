@@ -5,7 +5,6 @@ from sympy import symbols
 
 from matrixproof import (
     Derivation,
-    Equation,
     Expect,
     Identity,
     Line,
@@ -15,7 +14,7 @@ from matrixproof import (
     page_model,
     text,
 )
-from matrixproof.lines import Implies
+from matrixproof.lines import Equation, Implies
 from matrixproof.page_model import impossible
 
 n, p = symbols("n p", integer=True, positive=True)

@@ -17,17 +17,15 @@ from matrixproof import (
     Line,
     MatrixSymbol,
     Relation,
-    Unproved,
     ZeroMatrix,
     checker,
-    evaluate,
     letters,
     prove,
 )
 from matrixproof.checker import complaints, fact
 from matrixproof.lines import follows
-from matrixproof.models import denial
-from matrixproof.proofs import Proof
+from matrixproof.models import denial, evaluate
+from matrixproof.proofs import Proof, Unproved
 from matrixproof.rewriting import Contradiction, Limit
 
 n, m = sp.symbols("n m", integer=True, positive=True)

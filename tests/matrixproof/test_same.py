@@ -22,7 +22,9 @@ from luenberger.papers.leondes_novak.derivation.letters.step import (
     Sigma_next,
 )
 from luenberger.papers.leondes_novak.derivation.quadratic import is_Kmv, is_Y, square
-from matrixproof import Chain, Derivation, Relation, Stage, Unproved, equivalent
+from matrixproof import Chain, Derivation, Relation, Stage
+from matrixproof.derivation import equivalent
+from matrixproof.proofs import Unproved
 
 slow = gain_step()
 short = Omega - N * Kmv.T + (K - Kmv) * M * (K - Kmv).T

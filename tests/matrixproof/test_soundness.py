@@ -4,9 +4,10 @@ import pytest
 import sympy as sp
 from sympy import Trace, symbols
 
-from matrixproof import BlockMatrix, Identity, MatrixSymbol, Unproved, ZeroMatrix, prove
+from matrixproof import BlockMatrix, Identity, MatrixSymbol, ZeroMatrix, prove
 from matrixproof.algebra import Algebra
 from matrixproof.explicit import Claim
+from matrixproof.proofs import Unproved
 from matrixproof.rewriting import Contradiction
 from matrixproof.words import ShapeError
 

@@ -7,16 +7,10 @@ import sympy as sp
 from sympy import MatAdd
 from worlds import damages, expr
 
-from matrixproof import (
-    Chain,
-    Counterexample,
-    Derivation,
-    Equation,
-    Explicit,
-    Line,
-    MatrixSymbol,
-)
+from matrixproof import Chain, Derivation, Explicit, Line, MatrixSymbol
+from matrixproof.explicit import Counterexample
 from matrixproof.instances import Step
+from matrixproof.lines import Equation
 from matrixproof.relations import Result
 
 SIGNS = 4  # terms, or entries of an explicit matrix, whose sign is tried

@@ -5,18 +5,10 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from matrixproof import (
-    AtLeast,
-    Construction,
-    Counterexample,
-    Derivation,
-    Explicit,
-    Relation,
-    latex,
-    text,
-)
+from matrixproof import Derivation, Explicit, Relation, latex, text
 from matrixproof.derivation import title
-from matrixproof.lines import bare_number
+from matrixproof.explicit import Construction, Counterexample
+from matrixproof.lines import AtLeast, bare_number
 from matrixproof.operators import Operator
 from matrixproof.prose import plain, typeset
 from matrixproof.relations import Let
@@ -159,9 +151,8 @@ def ends(item: Any, show: Show) -> list[str]:
         sign = r"\ne" if show is latex else "≠"
         return [f"{show(item.left)} {sign} {show(item.right)}"]
     if isinstance(item, Explicit):
-        between = item.latex_sign if show is latex else item.sign
         first, *rest = pieces(item.right, show)
-        return [*pieces(item.left, show), f"{between} {first}", *rest]
+        return [*pieces(item.left, show), f"{item.sign} {first}", *rest]
     stated = hasattr(item.left, "show")  # one equation leads to another
     left = [item.start(show)] if stated else pieces(item.left, show)
     between = "="

@@ -11,8 +11,6 @@ from luenberger.kernels.text import numpy_source
 from matrixproof import (
     BlockMatrix,
     Chain,
-    Construction,
-    Counterexample,
     Derivation,
     MatrixSymbol,
     Relation,
@@ -21,6 +19,7 @@ from matrixproof import (
     text,
 )
 from matrixproof.derivation import End, size, title, used_letters
+from matrixproof.explicit import Construction, Counterexample
 from matrixproof.lines import bare_number, cited_latex
 from matrixproof.prose import typeset
 from matrixproof.typeset import columns
@@ -142,7 +141,7 @@ def construction(item):
 
 def evaluated(item):
     """A statement at explicit matrices, the first choice of them, and its mark."""
-    claim = rf"{latex(item.left)} {item.latex_sign} {latex(item.right)}"
+    claim = rf"{latex(item.left)} {item.sign} {latex(item.right)}"
     grid = nodes.container(classes=["lines"])
     grid += nodes.paragraph("", "", formula(DISPLAYED + claim), classes=["start"])
     chosen = next(iter(item.cases.values()), {})

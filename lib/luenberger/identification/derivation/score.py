@@ -9,7 +9,8 @@ Shephard (1992), "Exact score for time series models in state space form".
 
 from sympy import Determinant, Rational, Trace, log, symbols
 
-from matrixproof import BlockMatrix, Notation, Page, ZeroMatrix, plus
+from matrixproof import BlockMatrix, Notation, Page, ZeroMatrix
+from matrixproof.symbols import plus
 
 n, p, m = symbols("n p m", integer=True, nonnegative=True)
 c = symbols("c", integer=True, positive=True)  # one column, or one more for each state

@@ -18,8 +18,9 @@ from functools import cache
 import sympy as sp
 from sympy import Rational as F
 
-from matrixproof import BlockMatrix, Identity, Line, Page, evaluate
+from matrixproof import BlockMatrix, Identity, Line, Page
 from matrixproof.explicit import Claim
+from matrixproof.models import evaluate
 
 from .augmented import is_N2, is_N12, is_Qxy, is_Qxy_next, is_Qyy
 from .cost import is_M2, is_M12, is_S, shown

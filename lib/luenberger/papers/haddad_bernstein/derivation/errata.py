@@ -11,9 +11,10 @@ Source: Haddad and Bernstein (1987), as scanned.
 
 import sympy as sp
 
-from matrixproof import BlockMatrix, Identity, Unproved, prove
+from matrixproof import BlockMatrix, Identity, prove
 from matrixproof.algebra import Algebra
 from matrixproof.explicit import Claim
+from matrixproof.proofs import Unproved
 
 from . import augmented, cost, equations, gradients, mean_square, projection
 from . import stationarity as best

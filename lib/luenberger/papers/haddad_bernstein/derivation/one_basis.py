@@ -9,13 +9,8 @@ Source: Haddad and Bernstein (1987), section 2 and (3.17); the proofs are our ow
 
 from sympy import diag, eye, symbols
 
-from matrixproof import (
-    BlockMatrix,
-    Construction,
-    Identity,
-    Page,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
+from matrixproof.explicit import Construction
 
 from .letters import SOURCE, I, letters, n, r, square
 from .letters.both import P2, Q2

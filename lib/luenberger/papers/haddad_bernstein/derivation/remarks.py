@@ -9,14 +9,9 @@ Source: Haddad and Bernstein (1987), section 3.
 
 from sympy import Matrix
 
-from matrixproof import (
-    Counterexample,
-    Equation,
-    Identity,
-    Iff,
-    Page,
-    ZeroMatrix,
-)
+from matrixproof import Identity, Page, ZeroMatrix
+from matrixproof.explicit import Counterexample
+from matrixproof.lines import Equation, Iff
 
 from .augmented import is_xe_next
 from .cost import is_e, is_ye

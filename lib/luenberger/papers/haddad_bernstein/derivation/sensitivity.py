@@ -8,15 +8,8 @@ Source: Haddad and Bernstein (1987), (4.10), (4.11); the differentials are our o
 
 from functools import cache
 
-from matrixproof import (
-    BlockMatrix,
-    Differential,
-    Line,
-    Page,
-    Solve,
-    Stage,
-    ZeroMatrix,
-)
+from matrixproof import BlockMatrix, Line, Page, Solve, Stage, ZeroMatrix
+from matrixproof.operators import Differential
 
 from .augmented import is_N2, is_N12
 from .cost import is_M2, is_M12

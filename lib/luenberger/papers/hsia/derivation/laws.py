@@ -12,7 +12,8 @@ from functools import cache
 
 import sympy as sp
 
-from matrixproof import Explicit, Notation, Page, Positive
+from matrixproof import Explicit, Notation, Page
+from matrixproof.explicit import Positive
 
 SOURCE = "Hsia (1974)"
 periods = Notation()

@@ -13,13 +13,8 @@ from functools import cache
 
 import sympy as sp
 
-from matrixproof import (
-    Construction,
-    Derivation,
-    Explicit,
-    Page,
-    Stage,
-)
+from matrixproof import Derivation, Explicit, Page, Stage
+from matrixproof.explicit import Construction
 
 from .form import over_patterns, picks
 from .letters import (

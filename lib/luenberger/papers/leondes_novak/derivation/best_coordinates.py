@@ -9,14 +9,8 @@ Source: Leondes and Novak (1974), section III, (27)-(33); the push is our own.
 
 from sympy import Trace
 
-from matrixproof import (
-    Construction,
-    Identity,
-    Page,
-    Solve,
-    Stage,
-    ZeroMatrix,
-)
+from matrixproof import Identity, Page, Solve, Stage, ZeroMatrix
+from matrixproof.explicit import Construction
 
 from ....theory import observer as observed
 from .correlated_noise import is_As, is_D_s, is_F_s, solution

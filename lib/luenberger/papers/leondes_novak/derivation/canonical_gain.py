@@ -9,7 +9,8 @@ Source: Leondes and Novak (1974), section III, (24)-(33).
 
 from sympy import Trace, eye, zeros
 
-from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix, plus
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
+from matrixproof.symbols import plus
 
 from .coordinates import is_H, split_v
 from .huddle import seen

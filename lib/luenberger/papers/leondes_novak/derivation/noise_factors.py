@@ -8,7 +8,8 @@ Source: our own; the recursions are Leondes and Novak's (1974), (11), (26).
 
 from sympy import symbols
 
-from matrixproof import Identity, Page, ZeroMatrix, equivalent
+from matrixproof import Identity, Page, ZeroMatrix
+from matrixproof.derivation import equivalent
 
 from .correlated_noise import (
     decorrelation,

@@ -9,7 +9,8 @@ Source: our own; the recursions are Leondes and Novak's (1974), (11), (26), (27)
 
 from sympy import symbols
 
-from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix, equivalent
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
+from matrixproof.derivation import equivalent
 
 from .best_coordinates import gain_stage, gain_step
 from .letters import SOURCE, I, letters, n, p

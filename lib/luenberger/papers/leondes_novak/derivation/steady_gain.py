@@ -9,13 +9,8 @@ Source: our own; the step is that of Leondes and Novak (1974), (27)-(33), (44).
 
 from sympy import Trace
 
-from matrixproof import (
-    Page,
-    Solve,
-    Stage,
-    ZeroMatrix,
-    plus,
-)
+from matrixproof import Page, Solve, Stage, ZeroMatrix
+from matrixproof.symbols import plus
 
 from .best_coordinates import gain, is_P
 from .huddle import is_F

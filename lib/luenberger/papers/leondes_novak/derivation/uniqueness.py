@@ -10,7 +10,8 @@ Source: our own; Leondes and Novak (1974), after (33), state the condition.
 
 from sympy import Matrix, Trace
 
-from matrixproof import BlockMatrix, Counterexample, Page, ZeroMatrix
+from matrixproof import BlockMatrix, Page, ZeroMatrix
+from matrixproof.explicit import Counterexample
 
 from .canonical_gain import in_blocks, trace_of
 from .coordinates import is_H

@@ -12,16 +12,9 @@ from functools import cache
 
 from sympy import Matrix
 
-from matrixproof import (
-    BlockMatrix,
-    Counterexample,
-    Derivation,
-    Equation,
-    Iff,
-    Line,
-    Page,
-    Stage,
-)
+from matrixproof import BlockMatrix, Derivation, Line, Page, Stage
+from matrixproof.explicit import Counterexample
+from matrixproof.lines import Equation, Iff
 
 from ....certificate import residuals
 from ....theory import observer as theory

@@ -11,7 +11,8 @@ Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our ow
 
 import sympy as sp
 
-from matrixproof import Construction, Page
+from matrixproof import Page
+from matrixproof.explicit import Construction
 
 from .letters import (
     D_1,

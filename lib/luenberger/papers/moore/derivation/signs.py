@@ -15,7 +15,8 @@ from itertools import product
 
 import sympy as sp
 
-from matrixproof import Explicit, Page, Positive
+from matrixproof import Explicit, Page
+from matrixproof.explicit import Positive
 
 from .letters import D_1, SOURCE, A, F, S, T, ZeroMatrix, beta, c, kappa, letters, n, r
 from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows

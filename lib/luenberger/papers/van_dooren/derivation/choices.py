@@ -9,7 +9,8 @@ Source: ours; the rows are those of Van Dooren (1984), (13)-(20), remark 2(b).
 
 import sympy as sp
 
-from matrixproof import Equation, Explicit, Iff, Page
+from matrixproof import Explicit, Page
+from matrixproof.lines import Equation, Iff
 
 from .letters import (
     A_U,

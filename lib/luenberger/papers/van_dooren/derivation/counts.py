@@ -9,7 +9,8 @@ is done here and the pair as one complex row are our own.
 
 import sympy as sp
 
-from matrixproof import Explicit, Page, Positive
+from matrixproof import Explicit, Page
+from matrixproof.explicit import Positive
 
 from .letters import SOURCE, letters, n
 from .rows import patterns

@@ -13,7 +13,8 @@ the form of the stairs matters are our own.
 import sympy as sp
 from sympy.matrices import kronecker_product
 
-from matrixproof import Equation, Explicit, Iff, Page
+from matrixproof import Explicit, Page
+from matrixproof.lines import Equation, Iff
 
 from .letters import (
     A_U,

@@ -10,14 +10,9 @@ Source: Van Dooren (1984), (13)-(21), remark 2(b).
 
 import sympy as sp
 
-from matrixproof import (
-    BlockMatrix,
-    Construction,
-    Equation,
-    Explicit,
-    Iff,
-    Page,
-)
+from matrixproof import BlockMatrix, Explicit, Page
+from matrixproof.explicit import Construction
+from matrixproof.lines import Equation, Iff
 
 from .letters import (
     A_U,

@@ -6,7 +6,8 @@ kinds of time: the index + is the next instant or the derivative.
 Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Householder.
 """
 
-from matrixproof import BlockMatrix, Construction, Page
+from matrixproof import BlockMatrix, Page
+from matrixproof.explicit import Construction
 
 from ....theory import observer
 from .letters import (
