@@ -12,12 +12,7 @@ from .words import rotations
 def spelled_out(problem, claim, why):
     """The certificate of a claim: a tuple of `(c, u, fact, v)`.
 
-    Parameters
-    ----------
-    problem : Problem
-    claim : str
-    why : dict
-        {(u, ref, v): c} over the generators, as `Rewriter.flatten` gives it.
+    `why` is {(u, ref, v): c} over the generators, as `Rewriter.flatten` gives it.
     """
     writer = Writer(problem, claim)
     for (u, ref, v), c in why.items():

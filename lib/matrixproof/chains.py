@@ -22,7 +22,7 @@ from .dependence import letters as inside
 from .lines import WIDEST_REASON, AtLeast, Equation, Implies, Line
 from .operators import Derivative, Operator
 from .page_model import impossible
-from .relations import Reasons, Relation, Result, under, unfounded
+from .relations import Reasons, Relation, Result, equation, under, unfounded
 from .symbols import Symmetric
 from .typeset import Show, columns, latex, padded, text
 from .words import Formula, Symbols, Values, kept, plain
@@ -313,7 +313,7 @@ class Chain(Shown):
         """
         if not self.equates:
             raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
-        says = f"{text(self.left)} = {text(self.right)}"
+        says = equation(self.left, self.right)
         if columns(says) > WIDEST_REASON:
             says = self.says
         return Result(under(self.number, says), self.left, self.right, self)

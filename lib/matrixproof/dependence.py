@@ -67,20 +67,11 @@ def behind(relations: Iterable[Relation]) -> Iterator[Relation]:
 class Scope:
     """The relations of a page, or those that a chain cites, as ties between letters.
 
-    Attributes
-    ----------
-    definitions : dict of symbol to Relation
-        What a letter is.  The first relation with the letter alone on its left.
-    equations : list of Relation
-        All others: each letter in one may depend on each other.
-    random : dict of symbol to Moment
-        The letters whose moments are known.
-    held : dict of symbol to Relation or None
-        The letters that are constant beside these: those of the moments, those that
-        lines which average take for constant, and what is defined by such letters.
+    `definitions` has the first relation with a letter alone on its left; in all other
+    `equations` each letter may depend on each other.  `random` has the letters whose
+    moments are known.  `held` are constant beside these: what the moments are, what
+    lines which average take for constant, and what is defined by such letters.
 
-    Examples
-    --------
     >>> from matrixproof import Relation, letters
     >>> A, B, C, S, X = letters("A:n*n B:n*n C:n*n S:n*n X:n*n")
     >>> scope = Scope([Relation("S = X' A", S, X.T * A), Relation("C = S", C, S)])
@@ -168,11 +159,7 @@ class Scope:
 def hidden(chains, relations=()):
     """{chain: {number of a line: what it takes for constant without right}}.
 
-    Parameters
-    ----------
-    chains : iterable of Chain
-    relations : iterable of Relation
-        What the page says beside what the chains cite.
+    `relations` is what the page says beside what the chains cite.
     """
     chains = list(chains)
     everything = [*relations, *(r for chain in chains for r in chain.relations)]

@@ -27,7 +27,7 @@ from .lines import bare_number, numbered
 from .page_model import impossible
 from .proofs import Unproved
 from .prose import markdown, plain
-from .relations import Let, Moment, Relation, Result, Steady, named
+from .relations import Let, Moment, Relation, Result, Steady, named, under
 from .stages import Stage, faults
 from .typeset import latex, padded, text, width
 from .words import Formula, refuse_truth, same_shape
@@ -585,8 +585,7 @@ def title(step: Any) -> str:
 
     A stage list is named by what it does.
     """
-    number = getattr(step, "number", "")
-    return f"({number}) {step.says}" if number else step.says
+    return under(getattr(step, "number", ""), step.says)
 
 
 def cited_by(derivation):

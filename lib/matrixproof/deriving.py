@@ -19,7 +19,7 @@ from .lines import AtLeast, Line, cited_text, follows
 from .operators import Differential, Expect, Gradient, Moments, Transposed, as_traces
 from .orders import prove_at_least, root_of
 from .proofs import prove
-from .relations import Relation, named
+from .relations import Relation, equation, named, under
 from .symbols import MatrixProduct, MatrixSum, Own, ZeroMatrix, plus
 from .terms import (
     Pattern,
@@ -149,6 +149,101 @@ class Derived(Chain):
     ----------
     brackets : dict of expression to expression
         After `collect`, what multiplies each of what was collected.
+
+    Examples
+    --------
+    What is known is used:
+
+    >>> from sympy import Trace
+    >>> from matrixproof import BlockMatrix, Identity, Relation, derive, letters
+    >>> A, B, C, D, S = letters("A:n*n B:n*n C:n*n D:n*n S:n*n")
+    >>> K, H, M, N, P, R = letters("K:n*p H:p*n M:p*p= N:n*p P:n*n= R:p*p=")
+    >>> print(derive(A * S).put((S, A + B)))
+      A S
+        = A (A + B)  S = A + B  ✓
+    >>> print(derive(D * A * B + D * C).use((A * B + C, Identity(A.rows))))
+      D A B + D C
+        = D  A B + C = I  ✓
+    >>> line = derive(K * H * P * H.T * K.T + P + K * R * K.T)
+    >>> print(line.fold((M, H * P * H.T + R)))
+      K H P H' K' + P + K R K'
+        = K M K' + P  M = H P H' + R  ✓
+    >>> print(derive(A * B * A).by(C * A, (D, A), (A * B, C)))
+      A B A
+        = C A  A B = C  ✓
+    >>> print(derive(A).insert(A * B * C, (B * C, Identity(A.rows))))
+      A
+        = A B C  B C = I, inserted  ✓
+
+    The line is written otherwise:
+
+    >>> print(derive((A + B) * (A + B).T).expand())
+      (A + B) (A + B)'
+        = A A' + A B' + B A' + B B'  multiply out  ✓
+    >>> print(derive(2 * A * B - 2 * A * C * B).factor())
+      2 A B - 2 A C B
+        = 2 A (I - C) B  factor  ✓
+    >>> x, z, e, w = letters("x:n z:n e:n w:n")
+    >>> found = derive(D * z + C * A * x - C * B * x).collect(x)
+    >>> print(found)
+      D z + C A x - C B x
+        = D z + (C A - C B) x  collect x  ✓
+    >>> found.brackets[x]
+    C*A - C*B
+    >>> H_1, H_2, x_1, x_2 = letters("H_1:p*r H_2:p*n-r x_1:r x_2:n-r")
+    >>> blocks = (H, BlockMatrix([[H_1, H_2]])), (x, BlockMatrix([[x_1], [x_2]]))
+    >>> print(derive(H * x).multiply(*blocks))
+      H x
+        = [H₁ H₂] [x₁; x₂]  H, x                 ✓
+        = H₁ x₁ + H₂ x₂     multiply the blocks  ✓
+    >>> print(derive(Trace(A * B) + Trace(A.T * B.T)).cyclic())
+      tr(A B) + tr(A' B')
+        = 2 tr(A B)  the trace is cyclic  ✓
+
+    Something is done to it:
+
+    >>> print(derive(A * P + A).transpose())
+      A P + A
+        [·]' = P A' + A'  transpose  ✓
+    >>> noise = (e * e.T, P), (w * w.T, S), (e * w.T, 0 * A)
+    >>> print(derive((A * e - w) * (A * e - w).T).expect(*noise))
+      (A e - w) (A e - w)'
+        E[·] = A P A' + S  E[e e'] = P, E[w w'] = S, E[e w'] = 0  ✓
+    >>> print(derive(Trace(K * M * K.T - 2 * N * K.T)).gradient(K))
+      tr(K M K' - 2 N K')
+        ∂/∂K [·] = 2 (K M - N)  differentiate  ✓
+    >>> derive(Trace(S * K * N.T), known=[(S, K * N.T)]).gradient(K)
+    Traceback (most recent call last):
+        ...
+    ValueError: the line takes S for constant, which S = K N' ties to K: put that \
+in first, or say that it is held
+    >>> print(derive(A.I * B).differential({A: D}))
+      A⁻¹ B
+        d[·] = -A⁻¹ D A⁻¹ B  differentiate  ✓
+    >>> print(derive(P + (K - N) * M * (K - N).T).drop(M))
+      P + (K - N) M (K - N)'
+        ≥ P  (K - N) L_M ((K - N) L_M)' ≥ 0, M = L_M L_M'  ✓
+
+    It is solved, compared, completed to a square:
+
+    >>> derive(2 * S * (K * M - N)).solve(K, "33")
+    (33) K M = N, if S can be inverted
+    >>> derive(K * M * K.T).solve(K)
+    Traceback (most recent call last):
+        ...
+    ValueError: the line is not linear in K: it is K M K'
+    >>> slope = derive(Relation("S", C, 2 * S * (B - A) * D))
+    >>> print(slope.solved(B, (C, 0 * C)))
+      B
+        = B - 1/2 S⁻¹ C D⁻¹  C = 0              ✓
+        = A                  C = 2 S (B - A) D  ✓
+    >>> T, V, F = letters("T:n*n V:n*n F:n*n")
+    >>> [one.name for one in derive(A * P * T + A * V * C).match(F * T + D * C, "14")]
+    ['(14) F = A P', 'D = A V']
+    >>> (B,) = letters("B:n*p")
+    >>> print(derive(P - K * N.T - N * K.T + K * M * K.T).square(K, (B * M, N)))
+      P - K N' - N K' + K M K'
+        = P - N B' + (K - B) M (K - B)'  B M = N, complete the square  ✓
     """
 
     known: tuple = ()
@@ -186,14 +281,6 @@ class Derived(Chain):
             Each with a letter on its left, or with blocks on both sides, of which
             those that are letters are put in.  Where its right side is in blocks, the
             line shows the blocks; `multiply` opens them.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, B, S = letters("A:n*n B:n*n S:n*n")
-        >>> print(derive(A * S).put((S, A + B)))
-          A S
-            = A (A + B)  S = A + B  ✓
         """
         right, by = self.right, named(definitions)
         for relation in by:
@@ -212,15 +299,6 @@ class Derived(Chain):
 
         A left side that is a sum is looked for as a whole; where it does not stand,
         the longest of its products that stands is replaced by the rest.
-
-        Examples
-        --------
-        >>> from matrixproof import Identity, derive, letters
-        >>> A, P, T, V, C = letters("A:n*n P:n*r T:r*n V:n*p C:p*n")
-        >>> whole = P * T + V * C, Identity(A.rows)
-        >>> print(derive(A * P * T + A * V * C).use(whole))
-          A P T + A V C
-            = A  P T + V C = I  ✓
         """
         return self._found(relations, used)
 
@@ -229,15 +307,6 @@ class Derived(Chain):
 
         Where a sum does not stand as a whole, the longest of its products that stands
         is the letter less the rest.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> K, C, P, R, M = letters("K:n*p C:p*n P:n*n= R:p*p= M:p*p=")
-        >>> line = derive(K * C * P * C.T * K.T + P + K * R * K.T)
-        >>> print(line.fold((M, C * P * C.T + R)))
-          K C P C' K' + P + K R K'
-            = K M K' + P  M = C P C' + R  ✓
         """
         return self._found(definitions, folded)
 
@@ -263,14 +332,6 @@ class Derived(Chain):
         ------
         Unproved
             It does not follow.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, B, C, D = letters("A:n*n B:n*n C:n*n D:n*n")
-        >>> print(derive(A * B * A).by(C * A, (D, A), (A * B, C)))
-          A B A
-            = C A  A B = C  ✓
         """
         given = named(relations)
         if any(isinstance(r.right, sp.BlockMatrix) for r in given):
@@ -288,31 +349,13 @@ class Derived(Chain):
         return self._then(Line(right, needed, "" if needed else "multiply out"))
 
     def insert(self, right: Formula, *relations: Any, why: str = "inserted") -> Derived:
-        """A line that is typed, as where an identity is put between two factors.
-
-        Examples
-        --------
-        >>> from matrixproof import Identity, derive, letters
-        >>> A, P, T = letters("A:n*n P:n*r T:r*n")
-        >>> print(derive(A).insert(A * P * T, (P * T, Identity(A.rows))))
-          A
-            = A P T  P T = I, inserted  ✓
-        """
+        """A line that is typed, as where an identity is put between two factors."""
         return self._then(Line(right, named(relations), why))
 
     # -- how it is written ------------------------------------------------------------
 
     def expand(self) -> Derived:
-        """The line multiplied out, in the order of its factors.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, B = letters("A:n*n B:n*n")
-        >>> print(derive((A + B) * (A + B).T).expand())
-          (A + B) (A + B)'
-            = A A' + A B' + B A' + B B'  multiply out  ✓
-        """
+        """The line multiplied out, in the order of its factors."""
         return self._then(Line(self._expanded(), why="multiply out"))
 
     def _expanded(self):
@@ -323,19 +366,7 @@ class Derived(Chain):
         return sp.expand(self.right)
 
     def multiply(self, *definitions: Any) -> Derived:
-        """Blocks put in, where definitions are given, and multiplied.
-
-        Examples
-        --------
-        >>> from matrixproof import BlockMatrix, derive, letters
-        >>> H, H_1, H_2 = letters("H:p*n H_1:p*r H_2:p*n-r")
-        >>> X, X_1, X_2 = letters("X:n X_1:r X_2:n-r")
-        >>> blocks = (H, BlockMatrix([[H_1, H_2]])), (X, BlockMatrix([[X_1], [X_2]]))
-        >>> print(derive(H * X).multiply(*blocks))
-          H X
-            = [H₁ H₂] [X₁; X₂]  H, X                 ✓
-            = H₁ X₁ + H₂ X₂     multiply the blocks  ✓
-        """
+        """Blocks put in, where definitions are given, and multiplied."""
         start = self.put(*definitions) if definitions else self
         if not sp.sympify(start.right).has(sp.BlockMatrix):
             raise ValueError(f"the line has no blocks: it is {text(start.right)}")
@@ -348,16 +379,7 @@ class Derived(Chain):
         return start._then(Line(scalar(total), why=why))
 
     def factor(self) -> Derived:
-        """What its terms have in common before and behind brackets, block by block.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, B, C = letters("A:n*n B:n*n C:n*n")
-        >>> print(derive(2 * A * B - 2 * A * C * B).factor())
-          2 A B - 2 A C B
-            = 2 A (I - C) B  factor  ✓
-        """
+        """What its terms have in common before and behind brackets, block by block."""
         if not isinstance(self.right, MatrixExpr):
             return self._then(Line(scalar_factors(self.right), why="factor"))
         return self._then(Line(factored(self._normal()), why="factor"))
@@ -367,17 +389,6 @@ class Derived(Chain):
 
         Where the last factors can be anything, as a state and an input can, and the
         line must vanish, each of its `brackets` must vanish: `vanishing` says so.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, B, T, F, x, z = letters("A:n*n B:n*n T:r*n F:r*r x:n z:r")
-        >>> found = derive(F * z + T * A * x - T * B * x).collect(x)
-        >>> print(found)
-          F z + T A x - T B x
-            = F z + (T A - T B) x  collect x  ✓
-        >>> found.brackets[x]
-        T*A - T*B
         """
         value, groups, rest = self._tails(columns)
         parts, brackets = [summed(rest, *value.shape)] if rest else [], {}
@@ -455,7 +466,7 @@ class Derived(Chain):
                 said = f"{text(v)} is not free: {said} ties it to {text(x)}"
                 raise ValueError(said + mend)
         return tuple(
-            ForEvery(titled(k, a, b), a, b, every=v)
+            ForEvery(under(k, equation(a, b)), a, b, every=v)
             for (a, b, v), k in zip(equations, [*numbers, *[""] * len(equations)])
         )
 
@@ -477,16 +488,7 @@ class Derived(Chain):
         return value, groups, rest
 
     def transpose(self) -> Derived:
-        """The transpose of the line.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, Q = letters("A:n*n Q:n*n=")
-        >>> print(derive(A * Q + A).transpose())
-          A Q + A
-            [·]' = Q A' + A'  transpose  ✓
-        """
+        """The transpose of the line."""
         value = self._normal((Polynomial, Blocks), "only a matrix has a transpose")
         return self._then(Transposed(written(value.T), why="transpose"))
 
@@ -497,15 +499,6 @@ class Derived(Chain):
         ----------
         first : expression, optional
             A factor that a trace begins with where it occurs in it.
-
-        Examples
-        --------
-        >>> from sympy import Trace
-        >>> from matrixproof import derive, letters
-        >>> A, B = letters("A:n*m B:m*n")
-        >>> print(derive(Trace(A * B) + Trace(A.T * B.T)).cyclic())
-          tr(A B) + tr(A' B')
-            = 2 tr(A B)  the trace is cyclic  ✓
         """
         self._normal(Traces, "only the factors in a trace can be rotated")
         algebra = self._algebra()
@@ -515,18 +508,7 @@ class Derived(Chain):
     # -- what is done to it -----------------------------------------------------------
 
     def expect(self, *moments: Any) -> Derived:
-        """The expectation, by those of these moments that it needs.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> from matrixproof.relations import Moment
-        >>> A, e, w, P, Q = letters("A:n*n e:n w:n P:n*n= Q:n*n=")
-        >>> noise = (e * e.T, P), (w * w.T, Q), (e * w.T, 0 * A)
-        >>> print(derive((A * e - w) * (A * e - w).T).expect(*noise))
-          (A e - w) (A e - w)'
-            E[·] = A P A' + Q  E[e e'] = P, E[w w'] = Q, E[e w'] = 0  ✓
-        """
+        """The expectation, by those of these moments that it needs."""
         known = Expect(self.right, moments=moments).moments
         found = Moments(known, self._algebra(*known).symmetric)
         value = found.expectation(self.right)
@@ -550,20 +532,6 @@ class Derived(Chain):
         ------
         ValueError
             The line does not have the letter, or has one that depends on it.
-
-        Examples
-        --------
-        >>> from sympy import Trace
-        >>> from matrixproof import derive, letters
-        >>> K, M, N, Y = letters("K:n*p M:p*p= N:n*p Y:n*n")
-        >>> print(derive(Trace(K * M * K.T - 2 * N * K.T)).gradient(K))
-          tr(K M K' - 2 N K')
-            ∂/∂K [·] = 2 (K M - N)  differentiate  ✓
-        >>> derive(Trace(Y * K * N.T), known=[(Y, K * N.T)]).gradient(K)
-        Traceback (most recent call last):
-            ...
-        ValueError: the line takes Y for constant, which Y = K N' ties to K: put that \
-in first, or say that it is held
         """
         if of not in letters(plain(self.right)):
             raise self._missing(of)
@@ -577,16 +545,7 @@ in first, or say that it is held
         return self._then(replace(line, right=found))
 
     def differential(self, increments: dict[Any, Any], held: Any = ()) -> Derived:
-        """The first differential, for letters that move by these increments.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, X, dX = letters("A:n*n X:n*n dX:n*n")
-        >>> print(derive(X.I * A).differential({X: dX}))
-          X⁻¹ A
-            d[·] = -X⁻¹ dX X⁻¹ A  differentiate  ✓
-        """
+        """The first differential, for letters that move by these increments."""
         for x in increments:
             if x not in letters(plain(self.right)):
                 raise self._missing(x)
@@ -618,17 +577,6 @@ in first, or say that it is held
             The number of the solution.
         name : letter, optional
             What stands for the unknown in the solution.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> K, M, N, W = letters("K:n*p M:p*p N:n*p W:n*n")
-        >>> derive(2 * W * (K * M - N)).solve(K, "33")
-        (33) K M = N, if W can be inverted
-        >>> derive(K * M * K.T).solve(K)
-        Traceback (most recent call last):
-            ...
-        ValueError: the line is not linear in K: it is K M K'
         """
         if isinstance(X, sp.Symbol):
             left, right, inverted = root(X, self.right)
@@ -638,7 +586,7 @@ in first, or say that it is held
             inverted = tuple(dict.fromkeys(found))
         if name is not None:
             left = left.xreplace({X: name})
-        return Solved(titled(number, left, right), left, right, inverted)
+        return Solved(under(number, equation(left, right)), left, right, inverted)
 
     def solved(self, X: Formula, zero: Any, number: str = "", says: str = "") -> Chain:
         """What a letter is where the derivation began with zero, as a chain.
@@ -651,16 +599,6 @@ in first, or say that it is held
             It says that what the derivation began with is zero.
         number, says : str
             As for a `Chain`.
-
-        Examples
-        --------
-        >>> from matrixproof import Relation, derive, letters
-        >>> K, N, S, W, M = letters("K:n*p N:n*p S:n*p W:n*n M:p*p")
-        >>> slope = derive(Relation("S", S, 2 * W * (K - N) * M))
-        >>> print(slope.solved(K, (S, 0 * S)))
-          K
-            = K - 1/2 W⁻¹ S M⁻¹  S = 0              ✓
-            = N                  S = 2 W (K - N) M  ✓
         """
         (zero,) = named([zero])
         if zero.left != self.left or not self._algebra().normal(zero.right).is_zero:
@@ -682,32 +620,8 @@ in first, or say that it is held
 
         Terms that end alike are compared.  That is needed if what they end with are
         letters that may be anything, each whatever the others are; then the relations
-        say so.
-
-        Parameters
-        ----------
-        form : expression
-        *numbers : str
-            Those of the relations, in the order of the form.
-        enough : bool
-            The last factors need not be free: the relations are then one way in which
-            the form equals the line, and there may be others.
-
-        Raises
-        ------
-        ValueError
-            The last factors are not free, and `enough` does not say that one way will
-            do: one is no letter, or a first factor or something known depends on it.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> A, P, V, T, C, F, D = letters("A:n*n P:n*r V:n*p T:r*n C:p*n F:n*r D:n*p")
-        >>> line = derive(A * P * T + A * V * C)
-        >>> for found in line.match(F * T + D * C, "14", "15"):
-        ...     print(found)
-        Suppose (14) F = A P, for every T
-        Suppose (15) D = A V, for every C
+        say so.  With `enough` the last factors need not be free: the relations are then
+        one way in which the form equals the line, and there may be others.
         """
         words = [*self._algebra().normal(form).terms]
         columns = [MatrixProduct(1, *(x.as_expr() for x in w[1:])) for w in words]
@@ -722,7 +636,7 @@ in first, or say that it is held
             return self._for_every(zip(unknowns, rights, columns), numbers, mend)
         numbers = (*numbers, *[""] * len(words))
         return tuple(
-            Relation(titled(k, a, b), a, b)
+            Relation(under(k, equation(a, b)), a, b)
             for a, b, k in zip(unknowns, rights, numbers)
         )
 
@@ -734,14 +648,6 @@ in first, or say that it is held
         K : letter
         solved : Relation
             Of which the line's slope vanishes, with another letter for `K`.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> K, B, M, N, P = letters("K:n*p B:n*p M:p*p= N:n*p P:n*n=")
-        >>> print(derive(P - K * N.T - N * K.T + K * M * K.T).square(K, (B * M, N)))
-          P - K N' - N K' + K M K'
-            = P - N B' + (K - B) M (K - B)'  B M = N, complete the square  ✓
         """
         (by,) = named([solved])
         value = self._normal((Polynomial, Traces), "blocks are no quadratic")
@@ -778,14 +684,6 @@ in first, or say that it is held
             the relation that says of what it is the square, `M = L L'`.
         of : letter, optional
             One that is in the term, where several terms could be dropped.
-
-        Examples
-        --------
-        >>> from matrixproof import derive, letters
-        >>> K, B, M, P = letters("K:n*p B:n*p M:p*p= P:n*n=")
-        >>> print(derive(P + (K - B) * M * (K - B).T).drop(M))
-          P + (K - B) M (K - B)'
-            ≥ P  (K - B) L_M ((K - B) L_M)' ≥ 0, M = L_M L_M'  ✓
         """
         relations = [rooted(x) if isinstance(x, sp.MatrixSymbol) else x for x in roots]
         by = {r.left: r for r in named(relations)}
@@ -863,12 +761,6 @@ def meanings(relation):
         if isinstance(old, (sp.MatrixSymbol, sp.Symbol)):
             found.setdefault(old, new)
     return found
-
-
-def titled(number, left, right):
-    """The name of a relation: its number and what it says."""
-    says = f"{text(left)} = {text(right)}"
-    return f"({number}) {says}" if number else says
 
 
 def used(algebra, expr, relation):

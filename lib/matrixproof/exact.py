@@ -133,15 +133,10 @@ def base_of_inverse(node):
 
 
 class World:
-    """What every symbol stands for: sizes, scalars, tables.
+    """What every symbol stands for: `sizes`, and `of`, its table or its polynomial.
 
-    Attributes
-    ----------
-    sizes : dict of Symbol to int
-    of : dict of symbol to table or, for a scalar, polynomial
-        The inverse of an expression X is listed under ``("inverse", X)``.
-    full : bool
-        It is known that no matrix is empty.
+    The inverse of an expression X is listed under ("inverse", X).  `full` says that no
+    matrix is empty.
     """
 
     def __init__(self, sizes, of, full=False):
@@ -380,13 +375,7 @@ def ratio(a, b):
 
 
 def search(system, equations, random):
-    """A `System` in which all equations hold; those that are not linear, by trial.
-
-    Raises
-    ------
-    Unsolvable
-        None was found within `PATIENCE` branches.
-    """
+    """A `System` in which all equations hold; those that are not linear, by trial."""
     budget = [PATIENCE]
     found = _search(system, equations, random, budget)
     if found is None:

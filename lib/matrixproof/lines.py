@@ -15,7 +15,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .models import NoModel, denial, evaluate, instance
 from .proofs import Unproved, attempted, prove
 from .prose import FORMULA, as_latex, plain
-from .relations import Reasons, Relation, is_letter, named, refuse_means
+from .relations import Reasons, Relation, equation, is_letter, named, refuse_means
 from .rewriting import Contradiction
 from .symbols import MatrixProduct, Over
 from .typeset import WIDEST, Show, latex, pieces, text, width
@@ -132,7 +132,7 @@ def cited_text(relation):
         return f"{number} {text(relation.left)}".strip()
     if by_its_name(relation, says):
         return relation.name
-    return f"{number} {text(relation.left)} = {text(relation.right)}".strip()
+    return f"{number} {equation(*relation)}".strip()
 
 
 def cited_latex(relation):
@@ -143,7 +143,7 @@ def cited_latex(relation):
     elif by_its_name(relation, says):
         return words(relation.name)
     else:
-        formula = f"{latex(relation.left)} = {latex(relation.right)}"
+        formula = equation(*relation, latex)
     return rf"{words(number)}\; {formula}" if number else formula
 
 
@@ -345,7 +345,8 @@ def in_blocks(left, right, cited):
 
     for r in cited * len(cited):  # one letter may stand in the blocks of another
         made = put(sp.sympify(r.right))
-        if is_letter(r.left) and made.has(sp.BlockMatrix, Over) and not made.has(r.left):
+        parted = made.has(sp.BlockMatrix, Over) and not made.has(r.left)
+        if is_letter(r.left) and parted:
             meant[r.left] = r.right
     if not meant:
         return left, right, cited
@@ -374,7 +375,7 @@ class Equation:
         return self.left, self.right
 
     def show(self, show: Show) -> str:
-        return f"{show(self.left)} = {show(self.right)}"
+        return equation(self.left, self.right, show)
 
     def __str__(self):
         return self.show(text)

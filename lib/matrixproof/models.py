@@ -50,30 +50,11 @@ FIRST = 8  # sizes tried in order of preference; the others follow in mixed orde
 class Setting:
     """Relations, and perhaps other expressions, with everything that needs a value.
 
-    Attributes
-    ----------
-    equations : list of (left, right)
-        The relations, and X Y = I, Y X = I for every inverse Y of an X.
-    supports : list of set of tuple
-        For every equation the products of unknowns in it.
-    masks : list of (int, list of (int, int))
-        The same as bits, one for each unknown: what is in an equation, and for each
-        product what is in it and what is in it more than once.
-    bits : dict of unknown to int
-    degree : dict of unknown to int
-        How often it occurs in one product, at most.
-    defined : set of MatrixSymbol
-        What stands alone on the left of an equation.
-    unknowns : dict of unknown to shape
-        Matrix symbols, inverses, and scalars (of shape None).
-    full : bool
-        No matrix is empty at the sizes that are tried.
-    partial : list of expression
-        The other expressions in which a scalar is inverted or has a root.
-    values : dict of symbol to matrix or number
-        What is known before the search.
-    definite : bool
-        Symmetric letters are positive definite where nothing else is asked.
+    `equations` are the relations, and X Y = I, Y X = I for every inverse Y of an X;
+    `supports` has for each the products of unknowns in it, and `masks` the same as
+    bits.  `partial` are the expressions in which a scalar is inverted or has a root.
+    `values` is what is known before the search.  Where `definite` is true, symmetric
+    letters are positive definite if nothing else is asked.
     """
 
     def __init__(self, relations, symmetric, also=(), values=None, definite=True):
@@ -162,11 +143,7 @@ def support(left, right, sizes):
 
 
 def masks(products, bits):
-    """All unknowns of an equation, and (all, repeated) of each product, as bits.
-
-    >>> masks({("x", "y"), ("x", "x")}, {"x": 1, "y": 2})[0]
-    3
-    """
+    """All unknowns of an equation, and (all, repeated) of each product, as bits."""
     found, whole = set(), 0
     for product_ in products:
         once = twice = 0
@@ -435,29 +412,23 @@ class NoModel(ValueError):
 def model(
     relations: Given, symmetric: Symbols = (), also: Iterable[Formula] = ()
 ) -> Values | None:
-    """Explicit rational matrices that satisfy relations exactly.
+    """Explicit rational matrices that satisfy relations exactly, or None.
 
     Parameters
     ----------
     relations : iterable of Relation or (left, right)
-        Equations between matrix expressions, or between scalars.
+        Between matrix expressions, or between scalars.
     symmetric : iterable of MatrixSymbol
         Symbols equal to their transpose; positive definite where nothing else is asked.
     also : iterable of expression
         Their symbols get a value, too, and what they invert is invertible.
 
-    Returns
-    -------
-    dict of symbol to ImmutableMatrix, or None
-        A value for every matrix symbol, and a number for every scalar that is not a
-        size.  What is inverted is invertible.  None says that none was found with
-        sizes from 1 to 3 (to k + 1 where a k-th power occurs): the relations may
-        contradict each other, and then they prove anything.
-
     Notes
     -----
-    Of several models the one with the fewest symbols that are zero is taken.
-    The search is deterministic.
+    None says that none was found with sizes from 1 to 3, or to k + 1 where a k-th power
+    occurs: the relations may contradict each other, and then they prove anything.  Of
+    several models the one with the fewest symbols that are zero is taken, and it is the
+    same at each run.
 
     Examples
     --------
@@ -517,7 +488,7 @@ def of_ones(setting, sizes):
 def refute(
     left: Formula, right: Formula, given: Given = (), symmetric: Symbols = ()
 ) -> Values | None:
-    """Matrices that satisfy the relations, but not `left = right`.
+    """Matrices of small sizes that satisfy what is given, but not `left = right`.
 
     Parameters
     ----------
@@ -529,8 +500,7 @@ def refute(
     Returns
     -------
     dict of symbol to ImmutableMatrix, or None
-        The counterexample, of small sizes.  None if the sides agree on every model
-        that was tried, which is no proof.
+        None if the sides agree on every model that was tried, which is no proof.
 
     Raises
     ------
@@ -569,18 +539,7 @@ def denial(left, right, given, symmetric=()):
 
 
 def evaluate(expr: Formula, values: Mapping[Any, Any]) -> Any:
-    """The exact value of an expression at explicit matrices.
-
-    Parameters
-    ----------
-    expr : expression
-        A matrix expression or a scalar one.
-    values : dict of symbol to explicit matrix
-        With a number for every scalar; the sizes follow from the shapes.
-
-    Returns
-    -------
-    ImmutableMatrix or Rational
+    """The exact value of an expression at explicit matrices; sizes follow from these.
 
     Raises
     ------
@@ -609,14 +568,7 @@ def evaluate(expr: Formula, values: Mapping[Any, Any]) -> Any:
 
 
 def differ(left, right, values):
-    """Whether two expressions have different values; a right side of 0 fits any left.
-
-    >>> from sympy import Matrix
-    >>> from matrixproof import letters
-    >>> (A,) = letters("A:n*n")
-    >>> differ(A, A.T, {A: Matrix([[0, 1], [0, 0]])})
-    True
-    """
+    """Whether two expressions differ in value; a right side of 0 fits any left."""
     world = world_of(values)
     return any(x != y for x, y in paired(world.value(left), world.value(right)))
 

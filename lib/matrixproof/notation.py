@@ -15,7 +15,7 @@ from .deriving import Derived, begun
 from .families import over
 from .lines import Line
 from .names import BACK
-from .relations import Let, Moment, Relation, Steady
+from .relations import Let, Moment, Relation, Steady, equation, under
 from .symbols import MatrixSymbol, Member, Over, Symmetric
 from .typeset import text
 from .words import Formula, Size, Values, plain
@@ -134,13 +134,13 @@ class Notation:
                 f"{text(letter)} stands for {text(right)}, in which it occurs: write "
                 "steady(...) of a fixed point, or suppose(...)"
             )
-        return Let(with_number(number, name, letter, right), letter, right)
+        return Let(under(number, name or equation(letter, right)), letter, right)
 
     def suppose(
         self, left: Formula, right: Formula, number: str = "", name: str = ""
     ) -> Relation:
         """An equation that is a hypothesis."""
-        return Relation(with_number(number, name, left, right), left, right)
+        return Relation(under(number, name or equation(left, right)), left, right)
 
     def steady(
         self, letter: Formula, right: Formula, number: str = "", name: str = ""
@@ -157,13 +157,12 @@ class Notation:
                 f"{text(letter)} does not occur in {text(right)}, so that is no fixed "
                 "point: write let(...) or suppose(...)"
             )
-        return Steady(with_number(number, name, letter, right), letter, right)
+        return Steady(under(number, name or equation(letter, right)), letter, right)
 
     def moment(self, left: Formula, right: Formula, number: str = "") -> Moment:
         """The expectation of a product, or of a vector, that is supposed."""
-        unnamed = Moment("", left, right)
-        says = unnamed.show(text)
-        return Moment(f"({number}) {says}" if number else says, left, right)
+        says = Moment("", left, right).show(text)
+        return Moment(under(number, says), left, right)
 
     def chain(
         self,
@@ -239,12 +238,6 @@ def size_of(part, item):
         term = sp.Symbol(name, integer=True, positive=True) if name else 1
         total += sp.Integer(f"{sign}{number or int(bool(name))}") * term
     return total
-
-
-def with_number(number, name, left, right):
-    """The name of a relation: the paper's number of it, and what it says."""
-    says = name or f"{text(left)} = {text(right)}"
-    return f"({number}) {says}" if number else says
 
 
 def kind(symbol):

@@ -38,26 +38,11 @@ class NotLinear(ValueError):
 class Joint:
     """Relations with and without random columns, and what is known of their moments.
 
-    Attributes
-    ----------
-    relations : list of Relation
-        The relations in which nothing is random, and the equations of the moments.
-    blocks : dict of (column, column) to expression
-        The joint second moment, where it is not zero.
-    columns : list of MatrixSymbol
-        Of which all others are made.
-    symmetric : list of MatrixSymbol
-        Second moments that nothing states, of columns that are not zero.
+    `relations` are those in which nothing is random, and the equations of the moments;
+    `blocks` is {(column, column): its joint second moment}, where that is not zero;
+    `columns` are those of which all others are made; `symmetric` are second moments
+    that nothing states.  Where `free` is true, what nothing states is free, or it is 0.
 
-    Parameters
-    ----------
-    relations : iterable of Relation
-        Moments among them.
-    free : bool
-        Moments that nothing states are free; or else they are zero.
-
-    Examples
-    --------
     >>> from matrixproof import letters
     >>> A, P, Q, e, w = letters("A:n*n P:n*n Q:n*n e:n w:n")
     >>> given = Moment("", w * w.T, Q), Relation("", e, A * w), Moment("", e * e.T, P)
@@ -309,21 +294,11 @@ def one_model(
 
     Letters of the witness, of (letter, value) pairs, have those values.
 
-    Raises
-    ------
-    NotLinear
-        A relation is not linear in columns that may be random.
-
-    Examples
-    --------
-    >>> from matrixproof import Identity, MatrixSymbol
-    >>> from matrixproof.relations import Moment
-    >>> n = sp.symbols("n", integer=True, positive=True)
-    >>> w, one = MatrixSymbol("w", n, 1), Identity(n)
-    >>> one_model((Moment("", w * w.T, one),)) is None
-    False
-    >>> one_model((Moment("", w * w.T, -one),)) is None
-    True
+    >>> from matrixproof import Identity, letters
+    >>> (w,) = letters("w:n")
+    >>> one = Identity(w.rows)
+    >>> [one_model((Moment("", w * w.T, x),)) is None for x in (one, -one)]
+    [False, True]
     """
     moments = any(isinstance(r, Moment) for r in relations)
     ways = [Joint(relations, free) for free in (False, True)[: 1 + moments]]

@@ -47,7 +47,7 @@ class Relation:
 
     def show(self, show: Show) -> str:
         """The equation, set by `latex` or `text`."""
-        return f"{show(self.left)} = {show(self.right)}"
+        return equation(self.left, self.right, show)
 
     def condition(self, show: Show) -> str:
         """What it supposes beside itself, in words; nothing, of most."""
@@ -150,6 +150,11 @@ class Result(Relation):
 def is_letter(expr: Any) -> bool:
     """Whether an expression is a letter, for a matrix or for a number."""
     return isinstance(expr, sp.MatrixSymbol | sp.Symbol)
+
+
+def equation(left: Formula, right: Formula, show: Show = text) -> str:
+    """`left = right`, set by `latex` or `text`."""
+    return f"{show(left)} = {show(right)}"
 
 
 def under(number: str, says: str) -> str:

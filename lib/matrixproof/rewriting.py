@@ -34,16 +34,9 @@ class Contradiction(ValueError):
 class Rewriter:
     """A set of rules.
 
-    Parameters
-    ----------
-    generators : list of (terms, unit)
-        What is given: polynomials that are zero.
-    flip : sequence of int
-        The transpose of each letter.
-    weight : sequence of int
-        What each letter counts in the degree of a word.
-    solid : callable
-        Whether a coefficient is certainly not zero, so that one may divide by it.
+    `generators` are polynomials that are zero, `flip` the transpose of each letter,
+    `weight` what each letter counts in the degree of a word; `solid` says whether a
+    coefficient is certainly not zero, so that one may divide by it.
     """
 
     def __init__(self, generators, flip, weight=None, solid=lambda c: True):
@@ -210,10 +203,8 @@ class Limit:
     ----------
     degree : int
         Longest overlap that is resolved, in letters.
-    rules : int
-        Most rules ever made.
-    steps : int
-        Most rewritings.
+    rules, steps : int
+        Most rules ever made, and most rewritings.
     """
 
     degree: int = 12

@@ -22,17 +22,10 @@ from .words import rotations
 class Circle:
     """Traces modulo the rules of a rewriter and given linear relations of traces.
 
-    Parameters
-    ----------
-    rewriter : Rewriter
-    rows : callable
-        The size of a letter's rows, as a coefficient: the trace of the identity.
-    given : list of (terms, node)
-        Linear combinations of traces that are zero.
-    turn : bool
-        Whether a trace is also known by its transpose.
-    down : bool
-        Rewrite to lesser circles only, which must end.
+    `rows` is the size of a letter's rows, the trace of the identity; `given` are linear
+    combinations of traces that are zero, with their nodes.  Where `turn` is true, a
+    trace is known by its transpose as well; where `down` is, a circle is rewritten to
+    lesser ones only, which must end.
     """
 
     def __init__(self, rewriter, rows, given=(), turn=True, down=True):

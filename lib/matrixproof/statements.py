@@ -28,10 +28,8 @@ class Statement:
 
     Attributes
     ----------
-    claims : dict of str to (left, right)
-        The claim, block by block where it is partitioned.
-    given : dict of str to (left, right)
-        The relations, likewise.
+    claims, given : dict of str to (left, right)
+        The claim, block by block where it is partitioned, and the relations likewise.
     inverses : dict of str to side
         What each inverse letter is the inverse of.
     symmetric : frozenset of str
@@ -204,13 +202,7 @@ class Free(Algebra):
 
 
 def read(left, right, given=(), symmetric=()):
-    """The `Statement` of a claim, and the free algebra in which it was read.
-
-    Raises
-    ------
-    ShapeError
-        Shapes do not fit, or an inverse is not square, at symbolic sizes.
-    """
+    """The `Statement` of a claim, and the free algebra in which it was read."""
     given = named(given)
     refuse_means(given)
     sound(left, right, *(side for relation in given for side in relation))
@@ -244,14 +236,6 @@ def sound(*sides):
     """Refuse numbers that are not exact, and quotients by what may be zero for sizes.
 
     A size is not a letter that one may choose: what is said is said for all of them.
-
-    Raises
-    ------
-    TypeError
-        A number is a float, infinite or not real.
-    ValueError
-        A size, or what has a size in it, is divided by or has a root, and may be zero
-        or negative.
     """
     sides = [exact(plain(side)) for side in sides]
     sizes = {
@@ -292,11 +276,7 @@ def flip(word):
 class Problem:
     """The letters of a statement in some order, and its polynomials over them.
 
-    Parameters
-    ----------
-    statement : Statement
-    order : str
-        One of `ORDERS`: which letters are great, so that rules get rid of them.
+    `order` is one of `ORDERS`: which letters are great, so that rules get rid of them.
     """
 
     def __init__(self, statement, order="inverses"):

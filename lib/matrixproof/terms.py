@@ -194,13 +194,7 @@ def columns_of(word, rows):
 
 
 class Pattern:
-    """A sum of words that stands in a line, and what takes its place.
-
-    Parameters
-    ----------
-    old, new : Polynomial
-        Of one shape and one algebra.
-    """
+    """A sum of words that stands in a line, and what takes its place."""
 
     def __init__(self, old, new):
         self.old, self.new = list(old.terms.items()), list(new.terms.items())
