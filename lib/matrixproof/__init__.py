@@ -5,18 +5,14 @@ matrix expression is a sum of words with coefficients, and two expressions are e
 for all matrices exactly when these sums are.  Sizes are symbols; a sum or a product
 whose shapes are not provably equal is refused when it is written.
 
->>> from sympy import symbols
->>> from matrixproof import Identity, MatrixSymbol, Relation, prove, refute
->>> n, m = symbols("n m", integer=True, positive=True)
->>> A, B = MatrixSymbol("A", n, m), MatrixSymbol("B", m, n)
->>> prove((Identity(n) + A * B) * A, A * (Identity(m) + B * A)).check()
-True
-
 A *relation* is an equation that one may use.  An inverse brings two of its own,
 X X^-1 = I and X^-1 X = I, also where X is a sum; every relation holds transposed as
 well.  This is the push-through identity, for matrices of any sizes:
 
->>> proof = prove((Identity(n) + A * B).I * A, A * (Identity(m) + B * A).I)
+>>> from matrixproof import Identity, Relation, letters, prove, refute
+>>> A, B = letters("A:n*m B:m*n")
+>>> I, J = map(Identity, A.shape)
+>>> proof = prove((I + A * B).I * A, A * (J + B * A).I)
 >>> print(proof)  # doctest: +NORMALIZE_WHITESPACE
 (I + A*B)**(-1)*A - (A*(I + B*A)**(-1)) =
   -1 * (I + A*B)^-1 A [(I + B*A)^-1 is an inverse, on the right]
@@ -31,10 +27,8 @@ overlap, a word can be rewritten in two ways, and that both are equal is a new r
 
 Relations that are given have names, and a proof says which it used:
 
->>> M, K, N = MatrixSymbol("M", m, m), MatrixSymbol("K", n, m), MatrixSymbol("N", n, m)
->>> gain = Relation("K M = N", K * M, N)
->>> proof = prove(K, N * M.I, [gain])
->>> proof.cited
+>>> M, K, N = letters("M:m*m K:n*m N:n*m")
+>>> prove(K, N * M.I, [Relation("K M = N", K * M, N)]).cited
 ('K M = N',)
 
 What is false is refuted by explicit matrices where the search finds some, and what
@@ -45,8 +39,7 @@ False
 
 A `Chain` is a derivation that reads: every line is checked against exactly the reasons
 it cites.  `derive` finds the lines of one.  Chains, definitions and the words between
-them make a page, which is a `Derivation`; its stages are the assignments that a program
-is to carry out.
+them make a `Page`; its stages are the assignments that a program is to carry out.
 
 Two things are used that equations between words do not say: square matrices with
 A B = I have B A = I, and a 1 x 1 matrix is a number.  What rests on signs, as that
@@ -55,9 +48,7 @@ A'A = 0 only if A = 0, is not used.
 Source: our own; Bergman (1978) for the method, Hofstadler, Raab and Regensburger
 (2019) for its use on matrices of unequal sizes.  SymPy 1.14 alone differentiates a sum
 of traces to zero (#26561), collapses partitioned matrices wrongly (#22034), cancels
-what has no inverse, and cannot reduce modulo relations.
-
-It needs SymPy alone.
+what has no inverse, and cannot reduce modulo relations.  It needs SymPy alone.
 """
 
 from .chains import Chain

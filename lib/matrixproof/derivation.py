@@ -60,9 +60,6 @@ class End:
 
     __repr__ = __str__
 
-    def _repr_latex_(self):
-        return self.stated(latex)
-
 
 class Steps(dict):
     """What is proved, by name.
@@ -95,10 +92,8 @@ class Derivation:
     source : str
         Where the result is published.
     page : tuple
-        Words (a str; a formula in it stands between backquotes), definitions,
-        suppositions and fixed points (`Let`, `Relation`, `Steady`), chains,
-        constructions, counterexamples, ends of scopes (`End`), and stage lists
-        (`Derivation`), in the order in which one reads them.
+        Words (a formula in them stands between backquotes), relations, what is proved,
+        ends of scopes and stage lists, in the order in which one reads them.
     letters : Notation
         What the symbols stand for.
     says : str
@@ -159,7 +154,7 @@ class Derivation:
         found += look_alikes([*self.given, *assigned])
         if self.page:
             introduced = [item for item in self.page if isinstance(item, Relation)]
-            used = set(cited_by(self))
+            used = {r for item in self.page for r in relations_of(item)}
             found += [f"nothing uses {r.name}" for r in introduced if r not in used]
             for k, item in enumerate(self.page):
                 found += misplaced(item, self.page[:k])
@@ -230,8 +225,7 @@ class Derivation:
         chains = [x for x in page if isinstance(x, Chain)]
         cited = [r for chain in chains for r in chain.relations]
         relations = dict.fromkeys([*own, *behind([*stages, *cited])])
-        lists = [self, *(x for x in page if isinstance(x, Derivation))]
-        also = [stage.expression for found in lists for stage in found.stages]
+        also = [stage.expression for stage in self._every_stage(page)]
         also += [e for chain in chains for e in chain.expressions]
         symmetric = getattr(self.letters, "symmetric", ())
         return impossible(relations, symmetric, also, self.witness)
@@ -248,10 +242,17 @@ class Derivation:
 
     def rests_on(self) -> Foundation:
         """What its chains and its stages rest on, through all that they cite."""
-        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
-        cited = [r for found in lists for stage in found.stages for r in stage.reasons]
-        chains = [x for x in self.steps.values() if isinstance(x, Chain)]
-        return foundation(chains, cited)
+        cited = [r for stage in self._every_stage(self.page) for r in stage.reasons]
+        return foundation(self._chains, cited)
+
+    @property
+    def _chains(self):
+        return [x for x in self.steps.values() if isinstance(x, Chain)]
+
+    def _every_stage(self, page):
+        """Its own stages, and those of the stage lists among items of the page."""
+        lists = [self, *(x for x in page if isinstance(x, Derivation))]
+        return [stage for found in lists for stage in found.stages]
 
     def tied(self) -> dict[Any, tuple[str, ...]]:
         """What says something of each target of a stage list: titles of theorems.
@@ -259,12 +260,8 @@ class Derivation:
         They end with it, or begin, or cite what it is.  Where there are none it is
         ("definition",): the stage is what its letter stands for, and nothing follows.
         """
-        chains = list(
-            chains_behind(x for x in self.steps.values() if isinstance(x, Chain))
-        )
-        lists = [self, *(x for x in self.page if isinstance(x, Derivation))]
-        found = {}
-        for stage in (stage for found in lists for stage in found.stages):
+        chains, found = list(chains_behind(self._chains)), {}
+        for stage in self._every_stage(self.page):
             cited = [r for r in stage.reasons if isinstance(r, Result)]
             own = {r for r in stage.reasons if stage.target in letters(sp.Tuple(*r))}
             says = [r.chain.title for r in cited]
@@ -468,21 +465,13 @@ class Page(Derivation):
 
         Examples
         --------
-        >>> from sympy import symbols
-        >>> from matrixproof import Notation, Page
-        >>> n = symbols("n", integer=True, positive=True)
-        >>> letters = Notation()
-        >>> A = letters("A", n, n, "moves the state")
-        >>> P = letters("P", n, n, "covariance of the state", symmetric=True)
-        >>> P_next = letters("P_next", n, n, "the same one step on", symmetric=True)
-        >>> page = Page(letters=letters)
+        >>> from matrixproof import Notation, Page, letters
+        >>> known, (A, P, P_next) = Notation(), letters("A:n*n P:n*n P_next:n*n")
+        >>> page = Page(letters=known)
         >>> moves = page.let(P_next, A * P * A.T)
-        >>> step = page.program("a step", (A, P), (moves, "(4)"))
-        >>> print(step)
+        >>> print(page.program("a step", (A, P), (moves, "(4)")))
         a step
           P₊ = A P A'  (4)
-        >>> step.stages[0].symmetric
-        True
         """
         symmetric = getattr(self.letters, "symmetric", ())
         made = tuple(assigned(stage, symmetric) for stage in stages)
@@ -588,19 +577,9 @@ def title(step: Any) -> str:
     return under(getattr(step, "number", ""), step.says)
 
 
-def cited_by(derivation):
-    """Every relation that a step or a stage of a derivation cites."""
-    for item in derivation.page:
-        yield from relations_of(item)
-
-
 def supposed(item):
     """The symbols in an item that it takes to equal their transposes."""
-    inside = {
-        x
-        for e in getattr(item, "expressions", ())
-        for x in sp.sympify(e).atoms(sp.MatrixSymbol)
-    }
+    inside = sp.Tuple(*getattr(item, "expressions", ())).atoms(sp.MatrixSymbol)
     return [s for s in getattr(item, "symmetric", ()) if s in inside]
 
 
@@ -749,9 +728,8 @@ def equivalent(
     Returns
     -------
     tuple of Chain
-        One for each target, for a page to show: it begins with what the fast list
-        computes and ends with what the slow one does, and cites what the proof needs.
-        `.rests_on()` lists what that rests on.
+        For each target one that begins with what the fast list computes and ends with
+        what the slow one does, and cites what the proof needs.
 
     Raises
     ------
@@ -762,13 +740,9 @@ def equivalent(
 
     Examples
     --------
-    >>> from sympy import symbols
-    >>> from matrixproof import Derivation, Notation, Stage
-    >>> from matrixproof.derivation import equivalent
-    >>> n = symbols("n", integer=True, positive=True)
-    >>> letters = Notation()
-    >>> A, B, S, X = (letters(x, n, n, f"the matrix {x}") for x in "ABSX")
-    >>> is_S, is_X = letters.let(S, A + B), letters.let(X, A * A + A * B)
+    >>> from matrixproof import Derivation, Notation, Stage, letters
+    >>> A, B, S, X = letters("A:n*n B:n*n S:n*n X:n*n")
+    >>> is_S, is_X = Notation().let(S, A + B), Notation().let(X, A * A + A * B)
     >>> slow = Derivation((A, B), [Stage(X, A * A + A * B, by=[is_X])], says="two")
     >>> by = [is_S, is_X]
     >>> stages = [Stage(S, A + B, by=[is_S]), Stage(X, A * S, by=by)]

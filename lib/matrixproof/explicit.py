@@ -229,12 +229,7 @@ def rows_of(symbol, matrix):
 def value(expr, values):
     """An expression at explicit matrices, whose entries may be symbols.
 
-    The sizes follow from the shapes.
-
-    Raises
-    ------
-    ValueError
-        The shapes do not fit, or leave a size open that the expression has.
+    The sizes follow from the shapes, which must fit and leave none of them open.
     """
     for x in (expr, *values.values()):
         exact(x, real=False)

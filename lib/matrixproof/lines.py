@@ -31,15 +31,8 @@ NUMBER = re.compile(rf"({ONE}(?:[–-]{ONE})?)(?: |$)")  # of equations
 class Gap:
     """Why an equation is not proved.
 
-    Attributes
-    ----------
-    left_over : expression
-        What is left of the difference of the sides.
-    counterexample : dict or None
-        {symbol: explicit Matrix} at which the sides differ.
-    sides : tuple of expression
-    why : str
-        Said instead, where the reasons contradict each other.
+    What is left of the difference of the sides, explicit matrices at which they differ,
+    or None, the sides; or words, where the reasons contradict each other.
     """
 
     left_over: object = None
@@ -357,12 +350,7 @@ def in_blocks(left, right, cited):
 
 @dataclass(frozen=True, eq=False)
 class Equation:
-    """An equation as a statement, which a chain of equivalences leads on.
-
-    >>> from matrixproof import MatrixSymbol
-    >>> print(Equation(MatrixSymbol("x_next", 2, 1), MatrixSymbol("x", 2, 1)))
-    x₊ = x
-    """
+    """An equation as a statement, which a chain of equivalences leads on."""
 
     left: Formula
     right: Formula
@@ -431,13 +419,7 @@ class Implies(Line):
 
 
 class Iff(Implies):
-    """An equation that says the same as the one before it.
-
-    >>> from matrixproof import letters
-    >>> A, B, C = letters("A:n*n B:n*n C:n*n")
-    >>> Iff(Equation(A, B * C.I)).complaints(Equation(A * C, B), ())
-    []
-    """
+    """An equation that says the same as the one before it."""
 
     sign: ClassVar[str] = "⇔"
 
@@ -518,13 +500,7 @@ class AtLeast(Line):
 
 
 class AtMost(AtLeast):
-    """The reverse inequality: a square is added.
-
-    >>> from matrixproof import letters
-    >>> A, B = letters("A:n*n B:n*n")
-    >>> AtMost(A + B * B.T, root=B).complaints(A, ())
-    []
-    """
+    """The reverse inequality: a square is added."""
 
     sign: ClassVar[str] = "≤"
     side: ClassVar[int] = -1

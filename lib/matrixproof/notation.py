@@ -41,13 +41,8 @@ class Notation:
     >>> C = letters("C", p, n, "a linear map")
     >>> Omega = letters("Omega", n, n, "the covariance of x", symmetric=True)
     >>> N = letters("N", n, p, "the covariance of x and C x")
-    >>> cross = letters.let(N, Omega * C.T, "33")
-    >>> cross
+    >>> letters.let(N, Omega * C.T, "33")
     Let (33) N = Ω C'
-    >>> print(letters.chain("33", "a transpose", C * Omega, Line(N.T, by=[cross])))
-    (33) a transpose
-      C Ω
-        = N'  (33) N = Ω C'  ✓
     """
 
     def __init__(self, sizes: Mapping[Any, Any] | None = None) -> None:

@@ -55,13 +55,7 @@ class Operator(Line):
 
 
 class Transposed(Operator):
-    """The transpose of the line before.
-
-    >>> from matrixproof import MatrixSymbol
-    >>> A, B = MatrixSymbol("A", 2, 2), MatrixSymbol("B", 2, 2)
-    >>> Transposed(B.T * A.T).complaints(A * B, ())
-    []
-    """
+    """The transpose of the line before."""
 
     def applied(self, left: Formula, symmetric: Symbols) -> Formula:
         return Algebra(symmetric).normal(left).T.as_expr()
@@ -74,11 +68,8 @@ class Transposed(Operator):
 class Derivative(Operator):
     """What gradients and differentials share: letters that move, and others held.
 
-    Parameters
-    ----------
-    held : tuple of symbol
-        Letters that a relation ties to what moves, and that are constant all the same,
-        as a multiplier is.  The line says so.
+    `held` are letters that a relation ties to what moves, and that are constant all the
+    same, as a multiplier is.  The line says so.
     """
 
     held: tuple = ()
@@ -115,6 +106,8 @@ class Derivative(Operator):
 class Gradient(Derivative):
     r"""The gradient of a scalar in a matrix: g with d scalar = tr(g' dX).
 
+    It knows that d log det M = tr(M^-1 dM).  What it cannot differentiate is refused.
+
     Parameters
     ----------
     of : MatrixSymbol or Symbol
@@ -125,26 +118,17 @@ class Gradient(Derivative):
 
     Examples
     --------
-    >>> from sympy import Trace
-    >>> from matrixproof import MatrixSymbol
-    >>> A, X = MatrixSymbol("A", 2, 2), MatrixSymbol("X", 2, 2)
+    >>> from sympy import Determinant, Trace, log
+    >>> from matrixproof import letters
+    >>> A, X, t = letters("A:n*n X:n*n t")
     >>> Gradient(A.T, of=X).complaints(Trace(A * X), ())
     []
     >>> print(*Gradient(A, of=X).complaints(Trace(A * X), ()))  # doctest: +ELLIPSIS
     does not follow: what is left over is ...
-    >>> from sympy import Symbol
-    >>> t = Symbol("t")
     >>> Gradient(2 * t - 1 / t**2, of=t).complaints(t**2 + 1 / t, ())
     []
-
-    It knows that d log det M = tr(M^-1 dM).
-
-    >>> from sympy import Determinant, log
     >>> Gradient(X.T.I, of=X).complaints(log(Determinant(X)), ())
     []
-
-    What it cannot differentiate is refused.
-
     >>> print(*Gradient(0 * X, of=X).complaints(Determinant(X), ()))
     cannot be worked out: the derivative of det(X) is not known here
     """

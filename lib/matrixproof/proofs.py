@@ -28,14 +28,12 @@ class Proof:
     Attributes
     ----------
     left, right : expression
-        The two sides.
     statement : Statement
         The sides and everything they rest on in plain data.
     certificates : dict of str to tuple of terms
         For each block of the claim the terms `(c, u, fact, v)` whose sum
         c u (l - r) v is left - right; `fact` is `(kind, name, transposed)`.
-    given : tuple of Relation
-    symmetric : tuple of MatrixSymbol
+    given, symmetric : tuple
         What was supposed, for `check` to find a model of.
     """
 
@@ -182,17 +180,10 @@ def prove(
 
     Examples
     --------
-    The push-through identity: both inverses are of sums, and of different sizes.
-
-    >>> from matrixproof import Identity, letters, prove
-    >>> A, B = letters("A:n*m B:m*n")
-    >>> left = (Identity(A.rows) + A * B).I * A
-    >>> right = A * (Identity(B.rows) + B * A).I
-    >>> proof = prove(left, right)
-    >>> proof.check()
+    >>> from matrixproof import letters, prove
+    >>> K, M, N = letters("K:n*p M:p*p N:n*p")
+    >>> prove(K, N * M.I, given=[(K * M, N)]).check()
     True
-    >>> len(proof.certificate)
-    2
 
     Notes
     -----

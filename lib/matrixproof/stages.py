@@ -97,13 +97,8 @@ class Stage:
     ) -> list[str]:
         """Why the stage is not what its reasons prove; [] if it is.
 
-        Parameters
-        ----------
-        symmetric : iterable of MatrixSymbol
-            Symbols equal to their transpose.  The target is used as one of them only
-            if its formula is shown to be symmetric.
-        made : iterable of Relation
-            What earlier stages assign, target = formula.
+        The target is used as one of the symmetric symbols only if its formula is shown
+        to be symmetric.  `made` is what earlier stages assign, target = formula.
         """
         if not self.by:
             return [f"nothing proves {self.shown(text)}"]

@@ -8,7 +8,6 @@ has no rule for is set by SymPy.
 import re
 import unicodedata
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -20,88 +19,6 @@ from .names import HIGH, latex_name, text_name
 from .symbols import Member, Over, closed
 from .words import Formula, plain
 
-
-def apart(rows):
-    """What stands between the entries of a row: wider where an entry has blanks."""
-    return "  " if any(" " in cell for row in rows for cell in row) else " "
-
-
-def with_caret(exponent):
-    """An exponent that has no superscript of its own."""
-    return f"^{exponent}" if exponent.isalnum() else f"^({exponent})"
-
-
-@dataclass(frozen=True)
-class Style:
-    """What differs between the two ways of setting an expression."""
-
-    name: object
-    open: str
-    close: str
-    trace: str
-    determinant: str
-    series: object
-    sum: object
-    power: object
-    fraction: object
-    quotient: object
-    root: object
-    differential: str
-    function: object
-    tight: int  # how tightly the parts of a quotient and a root must hold together
-    rows: object
-    fallback: object
-
-
-LATEX = Style(
-    name=latex_name,
-    open=r"\left(",
-    close=r"\right)",
-    trace=r"\operatorname{tr}",
-    determinant=r"\det",
-    series=lambda k, a, b, body: rf"\sum_{{{k}={a}}}^{{{b}}} {body}",
-    sum=lambda index: rf"\sum_{{{index}}}",
-    power=lambda base, k: f"{base}^{{{k}}}",
-    fraction=lambda p, q: rf"\tfrac{{{p}}}{{{q}}}",
-    quotient=lambda above, below: rf"\frac{{{above}}}{{{below}}}",
-    root=lambda inner: rf"\sqrt{{{inner}}}",
-    differential=r"\mathrm{d}",
-    function=lambda name: rf"\{name}" if hasattr(sp, name) else name,
-    tight=0,
-    rows=lambda rows: (
-        r"\begin{bmatrix}"
-        + r" \\ ".join(" & ".join(row) for row in rows)
-        + r"\end{bmatrix}"
-    ),
-    fallback=sp.latex,
-)
-TEXT = Style(
-    name=text_name,
-    open="(",
-    close=")",
-    trace="tr",
-    determinant="det",
-    series=lambda k, a, b, body: f"Σ[{k} = {a} .. {b}] {body}",
-    sum=lambda index: f"Σ_{index}",
-    power=lambda base, k: (
-        base + (k.translate(HIGH) if k.lstrip("-").isdigit() else with_caret(k))
-    ),
-    fraction=lambda p, q: f"{p}/{q}",
-    quotient=lambda above, below: f"{above}/{below}",
-    root=lambda inner: f"√{inner}",
-    differential="d",
-    function=str,
-    tight=2,
-    rows=lambda rows: "[" + "; ".join(apart(rows).join(row) for row in rows) + "]",
-    fallback=str,
-)
-
-
-def slashed(style):
-    """The same style for where a bar would be too small."""
-    return replace(style, quotient=TEXT.quotient, tight=TEXT.tight)
-
-
 SUM, PRODUCT, POSTFIX, ATOM = range(4)  # how tightly an expression holds together
 WIDEST = 110  # characters of one side in Unicode; a page breaks it between terms
 
@@ -111,17 +28,13 @@ Show = Callable[[Formula], str]  # `latex` or `text`
 def latex(expr: Formula) -> str:
     r"""An expression in LaTeX.
 
-    Examples
-    --------
     >>> from sympy import Trace
     >>> from matrixproof import letters
     >>> K, C, Omega = letters("K_mv:n*p C:p*n Omega_next:n*n")
-    >>> print(latex(K * C * Omega * C.T))
-    K_{\mathrm{mv}} C \Omega_{+} C'
-    >>> print(latex(Trace(2 * Omega.I - C.T * C)))
-    \operatorname{tr}\left(2 \Omega_{+}^{-1} - C' C\right)
+    >>> print(latex(K * C * Omega * C.T), latex(Trace(2 * Omega.I)))
+    K_{\mathrm{mv}} C \Omega_{+} C' \operatorname{tr}\left(2 \Omega_{+}^{-1}\right)
     """
-    return word_spaced(Printer(LATEX).show(expr))
+    return word_spaced(LATEX.show(expr))
 
 
 def word_spaced(string):
@@ -137,14 +50,12 @@ def word_spaced(string):
 def text(expr: Formula) -> str:
     """An expression in Unicode, on one line.
 
-    Examples
-    --------
     >>> from matrixproof import letters
     >>> K, C, Omega = letters("K:n*p C:p*n Omega:n*n")
     >>> print(text((K * C + Omega).I * Omega.I * (K * C).T))
     (K C + Ω)⁻¹ Ω⁻¹ (K C)'
     """
-    return Printer(TEXT).show(expr)
+    return TEXT.show(expr)
 
 
 def width(expr):
@@ -167,28 +78,54 @@ def padded(string, wide):
 
 
 class Printer:
-    """Sets expressions in one style."""
+    """Sets expressions in Unicode."""
 
-    def __init__(self, style):
-        self.style = style
+    open, close, trace, determinant, differential = "(", ")", "tr", "det", "d"
+    tight = POSTFIX  # how the parts of a quotient and a root must hold together
+    name, function, fallback = map(staticmethod, (text_name, str, str))
 
-    def show(self, expr, least=SUM):
-        """The expression, in brackets if it holds together less than `least`."""
-        string, tightness = as_set(self.style, plain(expr))
-        if tightness < least:
-            return f"{self.style.open}{string}{self.style.close}"
-        return string
+    def series(self, k, a, b, body):
+        return f"Σ[{k} = {a} .. {b}] {body}"
+
+    def sum(self, index):
+        return f"Σ_{index}"
+
+    def power(self, base, k):
+        if k.lstrip("-").isdigit():
+            return base + k.translate(HIGH)
+        return f"{base}^{k}" if k.isalnum() else f"{base}^({k})"
+
+    def fraction(self, p, q):
+        return f"{p}/{q}"
+
+    def quotient(self, above, below):
+        return f"{above}/{below}"
+
+    def root(self, inner):
+        return f"√{inner}"
+
+    def rows(self, rows):
+        """Rows of entries; those with blanks stand further apart."""
+        wide = any(" " in cell for row in rows for cell in row)
+        return "[" + "; ".join(("  " if wide else " ").join(row) for row in rows) + "]"
 
     @property
     def inner(self):
         """Within a quotient or a power, where quotients have a slash."""
-        return Printer(slashed(self.style))
+        return self
+
+    # -- the same for every style -----------------------------------------------------
+
+    def show(self, expr, least=SUM):
+        """The expression, in brackets if it holds together less than `least`."""
+        string, tightness = as_set(self, plain(expr))
+        return string if tightness >= least else f"{self.open}{string}{self.close}"
 
     def _set(self, e):
         for kinds, rule in RULES:
             if isinstance(e, kinds):
                 return rule(self, e)
-        return self.style.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
+        return self.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
 
     def _sum(self, e):
         out = ""
@@ -216,17 +153,17 @@ class Printer:
     def _quotient(self, above, below):
         if above.could_extract_minus_sign():
             return "-" + self._quotient(-above, below)[0], SUM
-        top = self.inner.show(above, min(PRODUCT, self.style.tight))
-        below = self.inner.show(below, self.style.tight)
-        return self.style.quotient(top, below), PRODUCT
+        top = self.inner.show(above, min(PRODUCT, self.tight))
+        below = self.inner.show(below, self.tight)
+        return self.quotient(top, below), PRODUCT
 
     def _derivative(self, e):
         ((by, k),) = e.variable_count
-        d, once = self.style.differential, self.show(by)
+        d, once = self.differential, self.show(by)
         marks = (d, d + once)
         if k != 1:
-            marks = (self.style.power(d, str(k)), d + self.style.power(once, str(k)))
-        return f"{self.style.quotient(*marks)} {self.show(e.expr, POSTFIX)}", PRODUCT
+            marks = (self.power(d, str(k)), d + self.power(once, str(k)))
+        return f"{self.quotient(*marks)} {self.show(e.expr, POSTFIX)}", PRODUCT
 
     def _transpose(self, e):
         inner = e.arg
@@ -240,25 +177,25 @@ class Printer:
         if below != 1:
             return self._quotient(above, below)
         if exponent == sp.S.Half:
-            return self.style.root(self.show(base, self.style.tight)), ATOM
+            return self.root(self.show(base, self.tight)), ATOM
         if isinstance(base, sp.Transpose) or has_mark_above(base):
             shown = self._grouped(self.show(base, POSTFIX))
         else:
             shown = self.inner.show(base, ATOM)
-        return self.style.power(shown, self.inner.show(exponent)), POSTFIX
+        return self.power(shown, self.inner.show(exponent)), POSTFIX
 
     def _grouped(self, string):
         """Two marks on one letter: braces keep LaTeX from refusing them."""
-        return f"{{{string}}}" if self.style is LATEX else string
+        return f"{{{string}}}" if self is LATEX else string
 
     def _call(self, function, argument):
-        inner = f"{self.style.open}{self.show(argument)}{self.style.close}"
+        inner = f"{self.open}{self.show(argument)}{self.close}"
         return function + inner, ATOM
 
     def _series(self, e):
         out = self.show(e.function, PRODUCT)
         for limits in e.limits:
-            out = self.style.series(*map(self.show, limits), out)
+            out = self.series(*map(self.show, limits), out)
         return out, PRODUCT
 
     def _number(self, q):
@@ -266,40 +203,86 @@ class Printer:
             return f"-{self._number(-q)[0]}", SUM
         if q.q == 1:
             return str(q.p), ATOM
-        return self.style.fraction(q.p, q.q), PRODUCT
+        return self.fraction(q.p, q.q), PRODUCT
+
+
+class LatexPrinter(Printer):
+    """Sets expressions in LaTeX."""
+
+    open, close, trace = r"\left(", r"\right)", r"\operatorname{tr}"
+    determinant, differential, tight = r"\det", r"\mathrm{d}", SUM
+    name, fallback = map(staticmethod, (latex_name, sp.latex))
+
+    def function(self, name):
+        return rf"\{name}" if hasattr(sp, name) else name
+
+    def series(self, k, a, b, body):
+        return rf"\sum_{{{k}={a}}}^{{{b}}} {body}"
+
+    def sum(self, index):
+        return rf"\sum_{{{index}}}"
+
+    def power(self, base, k):
+        return f"{base}^{{{k}}}"
+
+    def fraction(self, p, q):
+        return rf"\tfrac{{{p}}}{{{q}}}"
+
+    def quotient(self, above, below):
+        return rf"\frac{{{above}}}{{{below}}}"
+
+    def root(self, inner):
+        return rf"\sqrt{{{inner}}}"
+
+    def rows(self, rows):
+        body = r" \\ ".join(" & ".join(row) for row in rows)
+        return rf"\begin{{bmatrix}}{body}\end{{bmatrix}}"
+
+    @property
+    def inner(self):
+        return SLASHED
+
+
+class Slashed(LatexPrinter):
+    """The same for where a bar would be too small."""
+
+    tight, quotient = Printer.tight, Printer.quotient
+
+
+TEXT, LATEX, SLASHED = Printer(), LatexPrinter(), Slashed()
 
 
 @lru_cache(20_000)
-def as_set(style, e):
+def as_set(printer, e):
     """An expression and how tightly it holds; a page cites the same ones repeatedly."""
-    return Printer(style)._set(e)
+    return printer._set(e)
 
 
 def of_blocks(printer, rows):
     shown = [[printer.show(x) for x in row] for row in rows]
-    return printer.style.rows(shown), ATOM
+    return printer.rows(shown), ATOM
 
 
 RULES = (
-    (Member, lambda p, e: (p.style.name(e.shown_name), ATOM)),
-    (Over, lambda p, e: (p.style.sum(e.shown_index), POSTFIX)),
-    ((sp.MatrixSymbol, sp.Symbol), lambda p, e: (p.style.name(e.name), ATOM)),
+    (Member, lambda p, e: (p.name(e.shown_name), ATOM)),
+    (Over, lambda p, e: (p.sum(e.shown_index), POSTFIX)),
+    ((sp.MatrixSymbol, sp.Symbol), lambda p, e: (p.name(e.name), ATOM)),
     (sp.Identity, lambda p, e: ("I", ATOM)),
     (sp.ZeroMatrix, lambda p, e: ("0", ATOM)),
     ((sp.MatAdd, sp.Add), Printer._sum),
     ((sp.MatMul, sp.Mul), Printer._product),
     (sp.Transpose, Printer._transpose),
     ((sp.MatPow, sp.Pow), Printer._power),
-    (sp.Trace, lambda p, e: p._call(p.style.trace, e.arg)),
+    (sp.Trace, lambda p, e: p._call(p.trace, e.arg)),
     (type(sp.I), lambda p, e: ("j", ATOM)),
     (sp.Sum, Printer._series),
-    (sp.Determinant, lambda p, e: p._call(p.style.determinant, e.arg)),
+    (sp.Determinant, lambda p, e: p._call(p.determinant, e.arg)),
     (sp.Rational, Printer._number),
     (sp.Derivative, Printer._derivative),
-    (sp.exp, lambda p, e: (p.style.power("e", p.show(e.exp)), POSTFIX)),
+    (sp.exp, lambda p, e: (p.power("e", p.show(e.exp)), POSTFIX)),
     (
         (AppliedUndef, sp.sin, sp.cos, sp.log),
-        lambda p, e: p._call(p.style.function(e.func.__name__), *e.args),
+        lambda p, e: p._call(p.function(e.func.__name__), *e.args),
     ),
     (sp.BlockMatrix, lambda p, e: of_blocks(p, e.blocks.tolist())),
     (sp.MatrixBase, lambda p, e: of_blocks(p, e.tolist())),
@@ -375,7 +358,7 @@ def pieces(expr: Any, show: Any) -> list[str]:
     >>> pieces(A * (A * B * C * C + A * B * A * C - B * B * C * A + A * B).T, text)
     ['A', '(A B C C', '+ A B A C', '- B B C A', "+ A B)'"]
     """
-    found = terms_in_pieces(plain(expr), Printer(LATEX if show is latex else TEXT))
+    found = terms_in_pieces(plain(expr), LATEX if show is latex else TEXT)
     return [show(expr)] if len(found) == 1 else found
 
 
@@ -391,14 +374,14 @@ def terms_in_pieces(e, printer):
 
 def factors_in_pieces(e, printer, least=POSTFIX):
     """The pieces of a product, or of a bracket in one."""
-    tr = printer.style.trace
+    tr = printer.trace
     if width(e) <= LONG:
         shown = printer.show(e, least)
-        return [word_spaced(shown) if printer.style is LATEX else shown]
+        return [word_spaced(shown) if printer is LATEX else shown]
     if isinstance(e, (sp.MatMul, sp.Mul)):
         number, factors = split(e)
         found = [one for x in factors for one in factors_in_pieces(x, printer)]
-        if printer.style is LATEX:
+        if printer is LATEX:
             found = thinly_spaced(found)
         return found if number == 1 else enclosed(f"{printer.show(number)} ", found, "")
     if isinstance(e, sp.Trace):
@@ -409,7 +392,7 @@ def factors_in_pieces(e, printer, least=POSTFIX):
         return enclosed("(", terms_in_pieces(e, printer), ")")
     if isinstance(e, sp.BlockMatrix) and e.blockshape[0] == 1:
         entries = [terms_in_pieces(entry, printer) for entry in e.blocks]
-        comma = r",\;" if printer.style is LATEX else ","
+        comma = r",\;" if printer is LATEX else ","
         commas = [enclosed("", entry, comma) for entry in entries[:-1]]
         return enclosed("[", sum(commas, []) + entries[-1], "]")
     return [printer.show(e, least)]
