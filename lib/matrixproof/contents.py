@@ -10,6 +10,7 @@ import sympy as sp
 
 from .exact import base_of_inverse
 from .families import alike
+from .words import is_letter
 
 KEPT = 20_000  # expressions of which it is kept what is in them
 
@@ -51,7 +52,7 @@ def unknowns(expr):
         inner = base_of_inverse(node)
         if inner is not None:
             found.add(("inverse", inner))
-        if isinstance(node, (sp.MatrixSymbol, sp.Symbol)):
+        if is_letter(node):
             found.add(node)
         elif isinstance(node, sp.MatrixBase):
             waiting += list(node)
@@ -72,7 +73,7 @@ def monomials(expr):
     inner = base_of_inverse(expr)
     if inner is not None:
         return {(("inverse", inner),) * -int(expr.exp)}
-    if isinstance(expr, (sp.MatrixSymbol, sp.Symbol)):
+    if is_letter(expr):
         return {(expr,)}
     if isinstance(expr, (sp.Identity, sp.ZeroMatrix)):
         return {()}

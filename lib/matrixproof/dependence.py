@@ -14,7 +14,7 @@ import sympy as sp
 from .contents import KEPT
 from .relations import Moment, Relation, Result
 from .symbols import Over, Symmetric
-from .words import Formula, plain
+from .words import Formula, is_letter, plain
 
 Tied = dict[Any, Relation]  # by which relation each letter moves
 
@@ -86,7 +86,7 @@ class Scope:
         moments = []
         for relation in dict.fromkeys(behind(relations)):
             left, (_, right) = plain(relation.left), sides(relation)
-            single = isinstance(left, (sp.MatrixSymbol, sp.Symbol))
+            single = is_letter(left)
             if isinstance(relation, Moment):
                 moments.append(relation)
             elif single and left not in right and left not in self.definitions:

@@ -15,7 +15,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .algebra import Algebra, Blocks, Polynomial, Traces
 from .chains import Chain
 from .dependence import Scope, declared, letters
-from .lines import AtLeast, Line, cited_text, follows
+from .lines import AtLeast, Line, cited_text, in_blocks
 from .operators import Differential, Expect, Gradient, Moments, Transposed, as_traces
 from .orders import prove_at_least, root_of
 from .proofs import prove
@@ -37,18 +37,12 @@ from .terms import (
     written,
 )
 from .typeset import Show, latex, text
-from .words import Formula, Symbols, plain, rotations, same_size
+from .words import Formula, Symbols, is_letter, plain, rotations, same_size
 
 
 @dataclass(frozen=True, repr=False)
 class Solved(Relation):
-    """What an equation says of an unknown, and what was inverted to say it.
-
-    Attributes
-    ----------
-    invertible : tuple of expression
-        What was taken to be invertible.
-    """
+    """What an equation says of an unknown, and what was inverted to say it."""
 
     invertible: tuple = ()
 
@@ -57,11 +51,9 @@ class Solved(Relation):
     def condition(self, show: Show) -> str:
         """What is taken to be invertible, in words, or nothing."""
         taken = ", ".join(map(show, self.invertible))
-        if not taken:
-            return ""
-        if show is latex:
-            return rf"\quad \text{{if }} {taken} \text{{ can be inverted}}"
-        return f", if {taken} can be inverted"
+        said = r"\quad \text{{if }} {} \text{{ can be inverted}}"
+        said = said if show is latex else ", if {} can be inverted"
+        return said.format(taken) if taken else ""
 
 
 @dataclass(frozen=True, repr=False)
@@ -275,12 +267,8 @@ in first, or say that it is held
     def put(self, *definitions: Any) -> Derived:
         """Definitions put in, as they stand, one after the other.
 
-        Parameters
-        ----------
-        *definitions : Relation, pair or Chain
-            Each with a letter on its left, or with blocks on both sides, of which
-            those that are letters are put in.  Where its right side is in blocks, the
-            line shows the blocks; `multiply` opens them.
+        Each has a letter on its left, or blocks on both sides, of which those that are
+        letters are put in.  `multiply` opens the blocks of a right side.
         """
         right, by = self.right, named(definitions)
         for relation in by:
@@ -325,26 +313,21 @@ in first, or say that it is held
     def by(self, right: Formula, *relations: Any) -> Derived:
         """What the engine proves the line to equal, from some of these relations.
 
-        The line cites those that the proof needs.  Where some of them say what is in
-        the blocks of a letter, they are put in, and all are cited.
+        The line cites those that the proof needs.
 
         Raises
         ------
         Unproved
             It does not follow.
         """
-        given = named(relations)
-        if any(isinstance(r.right, sp.BlockMatrix) for r in given):
-            line = Line(right, given)
-            if left_over := line.gap(self.right, given, self._known):
-                raise ValueError(f"the line is not {text(right)}: {left_over}")
-            return self._then(line)
-        symmetric = self._algebra(right, *given).symmetric
-        cited = prove(self.right, right, given, symmetric).cited
-        needed = tuple(r for r in given if r.name in cited)
+        line = Line(right, named(relations))
+        symmetric = self._algebra(right, *line.by).symmetric
+        opened = in_blocks(self.right, right, line.by)
+        idle = {r.name for r in opened[2]}.difference(prove(*opened, symmetric).cited)
+        needed = tuple(r for r in line.by if r.name not in idle)
         for r in needed:  # a proof may use what another one does without
             others = tuple(x for x in needed if x is not r)
-            if follows(self.right, right, others, symmetric):
+            if line.follows(self.right, others, symmetric):
                 needed = others
         return self._then(Line(right, needed, "" if needed else "multiply out"))
 
@@ -495,10 +478,7 @@ in first, or say that it is held
     def cyclic(self, first: Formula = None) -> Derived:
         """Traces rotated, so that those that are equal are joined.
 
-        Parameters
-        ----------
-        first : expression, optional
-            A factor that a trace begins with where it occurs in it.
+        A trace begins with the factor `first`, where it has that.
         """
         self._normal(Traces, "only the factors in a trace can be rotated")
         algebra = self._algebra()
@@ -518,20 +498,10 @@ in first, or say that it is held
         return self._then(Expect(written(value), moments=used))
 
     def gradient(self, of: Formula, held: Any = ()) -> Derived:
-        """The gradient of a trace, or the derivative of a number.
+        """The gradient of a trace in a letter, or the derivative of a number.
 
-        Parameters
-        ----------
-        of : letter
-            In what.  Where it is a letter for blocks, `multiply` shows the gradient
-            in each of them.
-        held : iterable of letters
-            As for `Gradient`.
-
-        Raises
-        ------
-        ValueError
-            The line does not have the letter, or has one that depends on it.
+        Where the letter stands for blocks, `multiply` shows the gradient in each.  A
+        letter of the line that depends on it is refused, unless it is `held`.
         """
         if of not in letters(plain(self.right)):
             raise self._missing(of)
@@ -567,16 +537,8 @@ in first, or say that it is held
         """The equation that says that the line is zero, solved for a letter.
 
         What stands before and behind all its terms is taken to be invertible, and so
-        is what stands before the unknown alone; the relation says so.
-
-        Parameters
-        ----------
-        X : letter
-            The unknown, of first degree in the line.
-        number : str
-            The number of the solution.
-        name : letter, optional
-            What stands for the unknown in the solution.
+        is what stands before the unknown alone; the relation says so.  In the solution
+        the letter `name` stands for the unknown, where it is given.
         """
         if isinstance(X, sp.Symbol):
             left, right, inverted = root(X, self.right)
@@ -589,16 +551,9 @@ in first, or say that it is held
         return Solved(under(number, equation(left, right)), left, right, inverted)
 
     def solved(self, X: Formula, zero: Any, number: str = "", says: str = "") -> Chain:
-        """What a letter is where the derivation began with zero, as a chain.
+        """What a letter is, as a chain, where what the derivation began with is zero.
 
-        Parameters
-        ----------
-        X : letter
-            As for `solve`, which says what is taken to be invertible.
-        zero : Relation
-            It says that what the derivation began with is zero.
-        number, says : str
-            As for a `Chain`.
+        The relation `zero` says so; `solve` says what is taken to be invertible.
         """
         (zero,) = named([zero])
         if zero.left != self.left or not self._algebra().normal(zero.right).is_zero:
@@ -643,11 +598,8 @@ in first, or say that it is held
     def square(self, K: Formula, solved: Any) -> Derived:
         """A quadratic in a letter, completed to a square around a solution.
 
-        Parameters
-        ----------
-        K : letter
-        solved : Relation
-            Of which the line's slope vanishes, with another letter for `K`.
+        Where the relation `solved` holds of another letter, the slope of the line
+        vanishes.
         """
         (by,) = named([solved])
         value = self._normal((Polynomial, Traces), "blocks are no quadratic")
@@ -677,13 +629,9 @@ in first, or say that it is held
     def drop(self, *roots: Any, of: Formula = None) -> Derived:
         """A term dropped that is not negative: the machine finds its root.
 
-        Parameters
-        ----------
-        *roots : letter or Relation
-            Matrices that are not negative: the letter, for which a root is made, or
-            the relation that says of what it is the square, `M = L L'`.
-        of : letter, optional
-            One that is in the term, where several terms could be dropped.
+        What is not negative is told by a letter, for which a root is made, or by the
+        relation that says of what it is the square, `M = L L'`.  Where several terms
+        could be dropped, `of` is a letter in the one that is.
         """
         relations = [rooted(x) if isinstance(x, sp.MatrixSymbol) else x for x in roots]
         by = {r.left: r for r in named(relations)}
@@ -758,7 +706,7 @@ def meanings(relation):
     if all(isinstance(side, sp.BlockMatrix) for side in relation):
         pairs = zip(*(side.blocks for side in relation))
     for old, new in pairs:
-        if isinstance(old, (sp.MatrixSymbol, sp.Symbol)):
+        if is_letter(old):
             found.setdefault(old, new)
     return found
 

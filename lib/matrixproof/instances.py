@@ -27,7 +27,7 @@ from .operators import Operator
 from .relations import Moment, Reasons, Relation, Result, named
 from .symbols import MatrixProduct, ZeroMatrix, plus
 from .typeset import Show, latex, text
-from .words import ShapeError, Symbols, plain, same_shape
+from .words import ShapeError, Symbols, is_letter, plain, same_shape
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,9 +135,7 @@ class Mapped:
     def __init__(self, chain, put, given, symmetric):
         self.given, self.missing, self.known, self.normals = given, {}, {}, {}
         self.map = {sp.sympify(x): plain(y) for x, y in put.items()}
-        self.renames = all(
-            isinstance(y, sp.Symbol | sp.MatrixSymbol) for y in self.map.values()
-        )
+        self.renames = all(is_letter(y) for y in self.map.values())
         self.sizes()
         own = declared(chain.symmetric, chain.expressions)
         turned = [self.put(x) for x in own]
@@ -278,7 +276,7 @@ class Mapped:
 
     def letter(self, x):
         found = self.put(x)
-        if not isinstance(found, sp.Symbol | sp.MatrixSymbol):
+        if not is_letter(found):
             raise ValueError(f"{text(x)} moves, so {text(found)} cannot stand for it")
         return found
 

@@ -15,11 +15,11 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .models import NoModel, denial, evaluate, instance
 from .proofs import Unproved, attempted, prove
 from .prose import FORMULA, as_latex, plain
-from .relations import Reasons, Relation, equation, is_letter, named, refuse_means
+from .relations import Reasons, Relation, equation, named, refuse_means
 from .rewriting import Contradiction
 from .symbols import MatrixProduct, Over
 from .typeset import WIDEST, Show, latex, pieces, text, width
-from .words import Formula, ShapeError, Symbols
+from .words import Formula, ShapeError, Symbols, is_letter
 
 WIDEST_REASON = 44  # characters; a longer relation is cited by its name alone
 LATEX_SIGNS = {"≥": r"\ge", "≤": r"\le", "⇒": r"\Rightarrow", "⇔": r"\Leftrightarrow"}

@@ -18,7 +18,7 @@ from .names import BACK
 from .relations import Let, Moment, Relation, Steady, equation, under
 from .symbols import MatrixSymbol, Member, Over, Symmetric
 from .typeset import text
-from .words import Formula, Size, Values, plain
+from .words import Formula, Size, Values, is_letter, plain
 
 TERM = r"(\d+|\d*[A-Za-z]\w*)"  # of a size
 KNOWN = frozenset(ascii_letters + digits + "_^*+-#").union(BACK)
@@ -119,7 +119,7 @@ class Notation:
             The left side is no letter, or it occurs in the right side.  A page also
             refuses a letter of which it says something already.
         """
-        if not isinstance(letter, sp.MatrixSymbol | sp.Symbol):
+        if not is_letter(letter):
             raise ValueError(
                 f"let(...) says what a letter stands for, and {text(letter)} is none: "
                 "write suppose(...)"

@@ -4,8 +4,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self
 
-import sympy as sp
-
 from .symbols import Member, shown
 from .typeset import Show, latex, text
 from .words import Formula, Symbols, plain
@@ -145,11 +143,6 @@ class Result(Relation):
     def mapped(self, put: Callable[[Formula], Formula]) -> Any:
         """A supposition: in other letters it is not what the chain has proved."""
         return Relation(self.name, self.left, self.right).mapped(put)
-
-
-def is_letter(expr: Any) -> bool:
-    """Whether an expression is a letter, for a matrix or for a number."""
-    return isinstance(expr, sp.MatrixSymbol | sp.Symbol)
 
 
 def equation(left: Formula, right: Formula, show: Show = text) -> str:

@@ -47,6 +47,11 @@ Terms = Iterable[tuple[Word, Any]]  # with their coefficients
 Symbols = Iterable[sp.MatrixSymbol]
 
 
+def is_letter(expr: Any) -> bool:
+    """Whether an expression is a letter, for a matrix or for a number."""
+    return isinstance(expr, sp.MatrixSymbol | sp.Symbol)
+
+
 def spelling(word):
     """A word as a string: what words are ordered and printed by."""
     return " ".join(str(letter) for letter in word)
