@@ -163,11 +163,9 @@ class Polynomial(Sum):
         """Back to SymPy."""
         if not self.terms:
             return ZeroMatrix(*self.shape)
-        return MatrixSum(*(self._term(word, c) for word, c in self.ordered()))
-
-    def _term(self, word, c):
-        one = () if word else (Identity(self.shape[0]),)
-        return MatrixProduct(c, *(x.as_expr() for x in word), *one)
+        one = Identity(self.shape[0])
+        terms = ((c, [x.as_expr() for x in w] or [one]) for w, c in self.ordered())
+        return MatrixSum(*(MatrixProduct(c, *factors) for c, factors in terms))
 
 
 class Traces(Sum):

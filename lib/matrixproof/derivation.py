@@ -191,13 +191,12 @@ class Derivation:
             "on the page: rename it, or say in limits= which size is set to what"
             for s in sorted(found - set(self.letters.meaning), key=str)
             if isinstance(s, sp.MatrixSymbol) and text(s) in declared
-            if not self._in_a_limit(declared[text(s)], s)
+            if not any(  # a limit makes it so
+                same_shape([sp.sympify(d).subs(at) for d in known.shape], s.shape)
+                for known in [declared[text(s)]]
+                for at in self.limits
+            )
         ]
-
-    def _in_a_limit(self, declared, other):
-        """Whether a letter is a declared one with sizes set as the page says."""
-        sizes = [[sp.sympify(d).subs(at) for d in declared.shape] for at in self.limits]
-        return any(same_shape(shape, other.shape) for shape in sizes)
 
     def _taken_for_constant(self, introduced):
         """What lines take for constant that the page says is not."""

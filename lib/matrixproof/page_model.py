@@ -266,11 +266,10 @@ def combined(pairs):
     found = {}
     for x, c in pairs:
         found[x] = found[x] + c if x in found else c
-    return {x: c for x, c in found.items() if not vanishing(c)}
-
-
-def vanishing(c):
-    return not c.has(sp.BlockMatrix) and Algebra().normal(c).is_zero
+    parted = [x for x, c in found.items() if c.has(sp.BlockMatrix)]
+    return {
+        x: c for x, c in found.items() if x in parted or not Algebra().normal(c).is_zero
+    }
 
 
 KNOWN: deque[tuple[frozenset, ...]] = deque(maxlen=200)  # what has a model

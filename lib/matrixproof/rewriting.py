@@ -121,9 +121,6 @@ class Rewriter:
             lengths.append(len(lead))
             lengths.sort()
 
-    def remove(self, lead):
-        del self.rules[lead]
-
     def derive(self, terms, why):
         """Make the polynomial a rule, `why` it is zero; its lead, or None if it is not.
 

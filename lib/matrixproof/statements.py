@@ -463,15 +463,10 @@ def scalars(statement, word):
 # -- orders of letters ----------------------------------------------------------------
 
 
-def appearance(statement):
-    """The names in the order in which they appear."""
-    seen = {name: 0 for word in statement.words for name, _ in word}
-    return [*seen, *(name for name in statement.sizes if name not in seen)]
-
-
 def inverses_last(statement):
     """Inverses are greatest, so that rules drive them to the right."""
-    names = appearance(statement)
+    names = dict.fromkeys(name for word in statement.words for name, _ in word)
+    names |= dict.fromkeys(statement.sizes)
     return sorted(names, key=lambda name: name in statement.inverses)
 
 

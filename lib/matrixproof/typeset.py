@@ -121,12 +121,6 @@ class Printer:
         string, tightness = as_set(self, plain(expr))
         return string if tightness >= least else f"{self.open}{string}{self.close}"
 
-    def _set(self, e):
-        for kinds, rule in RULES:
-            if isinstance(e, kinds):
-                return rule(self, e)
-        return self.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
-
     def _sum(self, e):
         out = ""
         for sign, term in signed(e):
@@ -255,7 +249,10 @@ TEXT, LATEX, SLASHED = Printer(), LatexPrinter(), Slashed()
 @lru_cache(20_000)
 def as_set(printer, e):
     """An expression and how tightly it holds; a page cites the same ones repeatedly."""
-    return printer._set(e)
+    for kinds, rule in RULES:
+        if isinstance(e, kinds):
+            return rule(printer, e)
+    return printer.fallback(e), SUM if isinstance(e, MatrixExpr) else ATOM
 
 
 def of_blocks(printer, rows):
