@@ -35,27 +35,13 @@ TYPED = "inserted"  # how a derivation says that a line was not found but typed
 
 @dataclass(frozen=True, repr=False)
 class Foundation:
-    """What a theorem or a page rests on, through all the chains that it cites.
+    """What a theorem or a page rests on, through all the chains that it cites."""
 
-    Attributes
-    ----------
-    relations : tuple of Relation
-        Definitions, hypotheses and moments: what no chain proves.
-    invertible : tuple of expression
-        What is inverted in a formula, or was to find a solution.
-    symmetric : tuple of MatrixSymbol
-        Letters that must equal their transposes.
-    held : tuple of symbol
-        Letters that are constant although a relation ties them to what moves.
-    inserted : tuple of (str, Line)
-        Lines of derivations that were typed and not found, with the chain's title.
-    """
-
-    relations: tuple = ()
-    invertible: tuple = ()
-    symmetric: tuple = ()
-    held: tuple = ()
-    inserted: tuple = ()
+    relations: tuple = ()  # definitions, hypotheses and moments: what no chain proves
+    invertible: tuple = ()  # in a formula, or to find a solution
+    symmetric: tuple = ()  # letters that must equal their transposes
+    held: tuple = ()  # letters that are constant although a relation ties them
+    inserted: tuple = ()  # (title, line): what was typed and not found
 
     def said(self, show: Show) -> list[str]:
         """Each thing, set by `latex` or `text`."""
@@ -304,13 +290,7 @@ class Chain(Shown):
 
     @cached_property
     def relation(self) -> Relation:
-        """What the chain has proved, for a later chain or a stage to cite.
-
-        Raises
-        ------
-        TypeError
-            It does not prove that its two ends are equal.
-        """
+        """What the chain has proved, for a later chain or a stage to cite."""
         if not self.equates:
             raise TypeError(f"chain ({self.number}) {self.says} proves no equality")
         says = equation(self.left, self.right)
@@ -400,8 +380,6 @@ class Chain(Shown):
     def rests_on(self) -> Foundation:
         """What the chain rests on, through every chain that it cites.
 
-        Examples
-        --------
         >>> from matrixproof import derive, letters
         >>> K, M, N, W, X = letters("K:n*p M:p*p N:n*p W:n*n X:n*n")
         >>> gain = derive(2 * W * (K * M - N)).solve(K)
@@ -426,24 +404,18 @@ class Chain(Shown):
         Parameters
         ----------
         letters : dict of letter to expression, or of size to size
-            What the letters of the theorem stand for; one that is not named stands
-            for itself.  Sizes follow from the letters.
+            What the letters of the theorem stand for, or else themselves.  Sizes follow
+            from the letters.
         *given : Relation or Chain
             What the theorem supposes, in these letters.  What becomes an identity
             need not be given.
         number, says : str
             Of the instance.  Without words it says what the theorem does.
         symmetric : iterable of MatrixSymbol
-            Letters that equal their transposes.  A letter that stands for a symmetric
-            one is among them.
+            Letters that equal their transposes, beside those that stand for such.
         **named : expression
             What letters stand for, by their names; one that the theorem does not have
             is passed over, so that several theorems can share what is named.
-
-        Raises
-        ------
-        ValueError
-            Something that the theorem supposes is not given.
 
         Examples
         --------

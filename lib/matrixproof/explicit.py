@@ -276,7 +276,6 @@ class Construction(Shown):
     Parameters
     ----------
     number, says : str
-        As for a `Chain`.
     values : dict of MatrixSymbol to expression
         What is constructed, from other letters than these.
     satisfies : tuple of Relation
@@ -403,14 +402,12 @@ class Counterexample(Shown):
     Parameters
     ----------
     number, says : str
-        As for a `Chain`.
     left, right : expression
         The sides of the claim.
     values : dict of symbol to explicit Matrix
         With rational entries.
-    given : tuple of Relation
+    given, symmetric : tuple
         What the claim supposes; the matrices must satisfy it.
-    symmetric : iterable of MatrixSymbol
 
     Examples
     --------

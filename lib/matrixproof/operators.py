@@ -171,17 +171,10 @@ class Gradient(Derivative):
 class Differential(Derivative):
     """The first differential.
 
-    Parameters
-    ----------
-    of : dict of MatrixSymbol to MatrixSymbol
-        What moves, and the symbol of its increment.
-    held : tuple of symbol
-        Letters that are constant although a relation ties them to what moves.
+    `of` is {what moves: its increment}, both letters.
 
-    Examples
-    --------
-    >>> from matrixproof import MatrixSymbol
-    >>> A, X, dX = (MatrixSymbol(name, 2, 2) for name in ("A", "X", "dX"))
+    >>> from matrixproof import letters
+    >>> A, X, dX = letters("A:n*n X:n*n dX:n*n")
     >>> Differential(-X.I * dX * X.I * A, of={X: dX}).complaints(X.I * A, ())
     []
     """

@@ -123,8 +123,7 @@ class Unproved(Exception):
     left_over : normal form
         What left - right becomes under the relations; `as_expr()` gives it in SymPy.
     counterexample : dict or None
-        {symbol: explicit Matrix} with exact entries that satisfies everything given
-        and not the equation, if one was found.
+        {symbol: explicit Matrix} that satisfies everything given and not the equation.
     complete : bool
         True if every consequence of the relations rewrites to zero, so that the
         equation does not follow by rewriting; False if the search met its limit.

@@ -51,11 +51,10 @@ class Stage:
     Attributes
     ----------
     target : MatrixSymbol
-        What is assigned.
     formula : MatrixExpr or Solve
         In terms of the derivation's `given` and of earlier targets.
     equation : str
-        Its number where it is published, e.g. "(29)"; empty if it has none.
+        Its number where it is published, e.g. "(29)".
     symmetric : bool
         The target is symmetric, and a program should keep it so: rounding that is
         not symmetric grows from step to step.  That the formula is symmetric must
