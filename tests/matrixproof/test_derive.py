@@ -289,7 +289,7 @@ def test_blocks_are_recognised_as_a_whole():
     assert derive(BlockMatrix([[A, F], [F, S]])).fold(is_Z).right == Z
     back = shown.multiply().by(Z * Z, is_Z)
     assert back.check() == [] and back.right == Z * Z
-    with pytest.raises(ValueError, match="the line is not Z: "):
+    with pytest.raises(Unproved, match=r"not proved \[1,1\]: it is false"):
         shown.by(Z, is_Z)
 
 
