@@ -324,7 +324,9 @@ class Line:
         return f"{self.head(text)} {self.sign} {self.body(text)}".strip()
 
 
-def in_blocks(left, right, cited):
+def in_blocks(
+    left: Formula, right: Formula, cited: Reasons
+) -> tuple[Formula, Formula, Reasons]:
     """Two sides and what is cited, with blocks in the place of letters for them.
 
     So are sums over an index: where one is put in twice, each has an index of its own.

@@ -82,7 +82,10 @@ class Printer:
 
     open, close, trace, determinant, differential = "(", ")", "tr", "det", "d"
     tight = POSTFIX  # how the parts of a quotient and a root must hold together
-    name, function, fallback = map(staticmethod, (text_name, str, str))
+    name, fallback = staticmethod(text_name), staticmethod(str)
+
+    def function(self, name):
+        return name
 
     def series(self, k, a, b, body):
         return f"Σ[{k} = {a} .. {b}] {body}"
@@ -205,7 +208,7 @@ class LatexPrinter(Printer):
 
     open, close, trace = r"\left(", r"\right)", r"\operatorname{tr}"
     determinant, differential, tight = r"\det", r"\mathrm{d}", SUM
-    name, fallback = map(staticmethod, (latex_name, sp.latex))
+    name, fallback = staticmethod(latex_name), staticmethod(sp.latex)
 
     def function(self, name):
         return rf"\{name}" if hasattr(sp, name) else name

@@ -103,11 +103,17 @@ SQUARE = Relation("M = B B'", M, B * B.T)
 e, w = MatrixSymbol("e", n, 1), MatrixSymbol("w", n, 1)
 WHITE = [(e * e.T, X), (w * w.T, Q), (e * w.T, ZERO)]
 dX = MatrixSymbol("dX", n, n)
+Z, W = MatrixSymbol("Z", 2 * n, 2 * n), MatrixSymbol("W", 2 * n, 2 * n)
+BLOCKS = Relation("Z", Z, BlockMatrix([[A, B], [B.T, X]]))
+TWICE = Relation("W = Z Z", W, Z * Z)
+OPENED = [[A * A + M, A * B + B * X], [B.T * A + X * B.T, B.T * B + X * X]]
 r, t = sp.symbols("r t", positive=True)
 KINDS = {
     "cyclic": (Trace(A * B), Line(Trace(B * A))),
     "substitute": (A * M, Line(A * B * B.T, by=[SQUARE])),
     "recognise": (A * B * B.T, Line(A * M, by=[SQUARE])),
+    "blocks put in": (W, Line(BlockMatrix(OPENED), by=[TWICE, BLOCKS, SQUARE])),
+    "blocks recognised": (BlockMatrix(OPENED), Line(W, by=[SQUARE, BLOCKS, TWICE])),
     "at least": (X + A * M * A.T, AtLeast(X, by=[SQUARE], root=A * B)),
     "at least, trace": (Trace(X + A * A.T), AtLeast(Trace(X), root=A)),
     "at most": (X, AtMost(X + A * A.T, root=A)),
@@ -156,6 +162,22 @@ WRONG = {
         A * M,
         Line(B * B.T * A, by=[SQUARE]),
         "does not follow",
+    ),
+    "blocks, another": (Z, Line(BLOCKS.right.T, by=[BLOCKS]), "does not follow"),
+    "blocks, a relation that is not cited": (
+        W,
+        Line(BlockMatrix(OPENED), by=[TWICE, BLOCKS]),
+        "does not follow",
+    ),
+    "blocks, a relation that is idle": (
+        Z,
+        Line(BLOCKS.right, by=[BLOCKS, SQUARE]),
+        "does not need M = B B'",
+    ),
+    "blocks that are idle": (
+        A * M,
+        Line(A * B * B.T, by=[SQUARE, BLOCKS]),
+        "does not need Z",
     ),
     "at least, wrong way": (X, AtLeast(X + A * A.T, root=A), "does not follow"),
     "at most, wrong root": (X, AtMost(X + A * A.T, root=A.T), "does not follow"),
