@@ -106,6 +106,8 @@ dX = MatrixSymbol("dX", n, n)
 Z, W = MatrixSymbol("Z", 2 * n, 2 * n), MatrixSymbol("W", 2 * n, 2 * n)
 BLOCKS = Relation("Z", Z, BlockMatrix([[A, B], [B.T, X]]))
 TWICE = Relation("W = Z Z", W, Z * Z)
+ROW = Relation("H", MatrixSymbol("H", n, 2 * n), BlockMatrix([[A, B]]))
+COLUMN = Relation("V", MatrixSymbol("V", 2 * n, n), BlockMatrix([[X], [M]]))
 OPENED = [[A * A + M, A * B + B * X], [B.T * A + X * B.T, B.T * B + X * X]]
 r, t = sp.symbols("r t", positive=True)
 KINDS = {
@@ -113,6 +115,10 @@ KINDS = {
     "substitute": (A * M, Line(A * B * B.T, by=[SQUARE])),
     "recognise": (A * B * B.T, Line(A * M, by=[SQUARE])),
     "blocks put in": (W, Line(BlockMatrix(OPENED), by=[TWICE, BLOCKS, SQUARE])),
+    "blocks in a relation": (
+        A * X + B * M,
+        Line(Y, by=[ROW, COLUMN, Relation("H V = Y", ROW.left * COLUMN.left, Y)]),
+    ),
     "blocks recognised": (BlockMatrix(OPENED), Line(W, by=[SQUARE, BLOCKS, TWICE])),
     "at least": (X + A * M * A.T, AtLeast(X, by=[SQUARE], root=A * B)),
     "at least, trace": (Trace(X + A * A.T), AtLeast(Trace(X), root=A)),

@@ -73,6 +73,11 @@ EXPRESSIONS = {
         r"\left(\beta_{0}/\gamma\right)^{1/\gamma}",
         "(β₀/γ)^(1/γ)",
     ),
+    "a quotient of a sum in a power": (
+        beta ** ((beta + 1) / gamma),
+        r"\beta_{0}^{\left(1 + \beta_{0}\right)/\gamma}",
+        "β₀^((1 + β₀)/γ)",
+    ),
     "a derivative": (
         sp.Derivative(sp.Function("J")(beta), beta, 2),
         r"\frac{\mathrm{d}^{2}}{\mathrm{d}\beta_{0}^{2}} J\left(\beta_{0}\right)",
