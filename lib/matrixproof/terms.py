@@ -178,13 +178,16 @@ def bracket(terms, value):
     if not (a or b) and number == 1:
         return None
     before, behind = words[0][:a], words[0][len(words[0]) - b :] if b else ()
-    rows = value.shape[0]
-    for x in before[-1:]:  # as many as it has columns
-        rows = x.atom.shape[0 if x.transposed else 1]
+    rows = columns_of(before, value.shape[0])
     inside = [(w[a : len(w) - b], sp.cancel(c / number)) for w, c in terms]
     inner = summed(inside, rows, rows)
     outer = [[x.as_expr() for x in word] for word in (before, behind)]
     return MatrixProduct(number, *outer[0], inner, *outer[1])
+
+
+def columns_of(word, rows):
+    """The columns of a word; of the empty one, that has these rows, as many."""
+    return word[-1].atom.shape[0 if word[-1].transposed else 1] if word else rows
 
 
 # -- terms that are found again -------------------------------------------------------
