@@ -7,7 +7,6 @@ MODULES = (
     "luenberger.papers.kawazoe.derivation",
     "luenberger.papers.leondes_novak.derivation",
     "luenberger.plot",
-    "luenberger.report.content",
     "luenberger.show",
     "matplotlib.pyplot",
     "matrixproof",

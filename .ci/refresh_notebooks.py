@@ -9,11 +9,10 @@ from pathlib import Path
 from notebook_tests import refresh, slides
 
 ROOT = Path(__file__).resolve().parents[1]
-TEMPLATES = ROOT / "lib" / "luenberger" / "report" / "templates"
 
 
 def every():
-    found = sorted([*(ROOT / "notebooks").rglob("*.ipynb"), *TEMPLATES.glob("*.ipynb")])
+    found = sorted((ROOT / "notebooks").rglob("*.ipynb"))
     return [path for path in found if ".ipynb_checkpoints" not in path.parts]
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 # tables is of what a notebook stores; the others are tools, and exact
-EXTRAS = ("cluster", "fast", "report")
+EXTRAS = ("cluster", "fast", "ledger")
 
 
 def newest(line):

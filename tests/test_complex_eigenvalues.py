@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger.check import examine
 from luenberger.numeric.detectability import hidden_modes
 from luenberger.numeric.linalg import eigenvalues
-from luenberger.report.content import plant_poles
 
 PLANT = generators.plant(np.random.default_rng(2), 4, 2, m=1)
 HARBOUR = lb.Plant(
@@ -38,7 +38,7 @@ RESULTS = {
     "poles": lambda: [lb.kalman_filter(PLANT).poles],
     "poles of blocks": lambda: [eigenvalues(np.diag([3.0, 2.0, 1.0]) + np.eye(3, k=1))],
     "hidden": lambda: [hidden_modes(GROWING.A, GROWING.C)],
-    "sentence": lambda: str(plant_poles(PLANT)),
+    "sentence": lambda: str(examine(PLANT)),
     "table": lambda: str(lb.compare(HARBOUR)),
     "refused": lambda: refusal(lb.kalman_filter),
     "refused at a fixed order": lambda: refusal(lambda p: lb.fixed_order_filter(p, 1)),

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.commands import main
+from luenberger.cli import main
 
 ROWS = {"torque (Nm)": [0.0, 60, 120], "drift (rad/s)": [1, -1, 0]}
 

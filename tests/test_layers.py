@@ -31,7 +31,6 @@ SPECIAL = {
     "ledger": {"sympy"},
     "coursework": {"sympy", "numpy"},
     "plot": {"numpy", "matplotlib"},
-    "report": {"numpy", "matplotlib"},
 }
 # Optional packages: only inside a function of these rooms.
 INSIDE_A_FUNCTION = {
@@ -43,7 +42,7 @@ INSIDE_A_FUNCTION = {
     "kernels": {"numba"},
     "ledger": {"latex2mathml"},
     "show": {"matplotlib"},
-    "report": {"nbclient", "nbconvert", "nbformat", "latex2mathml"},
+    "report": {"matplotlib"},
 }
 
 
@@ -111,8 +110,7 @@ def test_the_page_has_no_arrow_too_many():
 def test_only_these_load_modules_by_name():
     """Whom the page says so of, and doors that load on demand."""
     found = {relative(path) for path in FILES if "import_module" in path.read_text()}
-    doors = {"__init__.py", "report/__init__.py"}
-    assert found == doors | {"stage_list.py", "ledger/evidence.py"}
+    assert found == {"__init__.py", "stage_list.py", "ledger/evidence.py"}
 
 
 def test_no_room_uses_one_on_its_own_floor_or_above():

@@ -3,8 +3,6 @@
 import base64
 import dataclasses
 import functools
-import re
-import types
 
 import matplotlib
 import numpy as np
@@ -15,8 +13,8 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
 
 import luenberger as lb  # noqa: E402
-from luenberger import plot, report  # noqa: E402
-from luenberger.show import describe  # noqa: E402
+from luenberger import plot  # noqa: E402
+from luenberger.show import Picture, describe  # noqa: E402
 
 NAMES = [r"$\frac", "speed_1"]  # not mathematics, though it looks like some
 PLANT = lb.Plant(
@@ -62,9 +60,6 @@ FIGURES = {
     "error_variance of a comparison": lambda ax: plot.error_variance(compared(), ax=ax),
     "pareto": lambda ax: plot.pareto(compared(), ax),
     "pareto by order": lambda ax: plot.pareto(compared(), ax, by="order"),
-    "cost_against_order": lambda ax: plot.cost_against_order(
-        {"best": {2: 0.5, 1: 0.7}, r"$\frac": {1: 0.9}}, ax, least=0.4
-    ),
     "estimates": lambda ax: plot.estimates(PLANT, *RECORD, NAMES[0], ax, y=np.ones(6)),
     "gains": lambda ax: plot.gains(OBSERVER.V, PLANT, ax),
     "innovations": lambda ax: plot.innovations(PLANT, np.sin(np.arange(40)), ax=ax),
@@ -220,50 +215,13 @@ def test_what_cannot_be_drawn_is_said(ax, draw, message):
         draw(ax)
 
 
-@pytest.mark.parametrize(
-    "picture",
-    [
-        lambda ax: report.pareto(compared(), [plot.pareto(compared(), ax)]),
-        lambda ax: report.variances(
-            {"a": COVARIANCES, "b": 2 * COVARIANCES}, PLANT, [ax]
-        ),
-        lambda ax: report.gains_and_poles(compared(), [ax]),
-        lambda ax: report.estimates(
-            types.SimpleNamespace(x=RECORD[1], std=RECORD[2], names=PLANT.state_names),
-            PLANT,
-            [ax],
-        ),
-    ],
-    ids=["pareto", "variances", "gains and poles", "estimates"],
-)
-def test_pictures_are_described_in_words(ax, picture):
-    shown = picture(ax)
+def test_a_picture_is_described_in_words(ax):
+    shown = Picture(plot.pareto(compared(), ax).figure, "Designs by error and work.")
     data, look = shown._repr_mimebundle_()
     assert base64.b64decode(data["image/png"]).startswith(b"\x89PNG")
     assert look["image/png"]["alt"] == data["text/plain"] == repr(shown)
-    assert re.search(r"\d", shown.alt) and len(shown.alt) > 60
+    assert shown.alt.startswith("Designs by error and work.\n") and len(shown.alt) > 90
     assert not plt.fignum_exists(ax.figure.number)  # shown once, not twice
-
-
-def test_alt_text_says_what_is_seen(ax):
-    chosen, last = compared().recommended(), compared().pareto()[-1]
-    words = report.pareto(compared(), [ax]).alt
-    assert (
-        f"{len(compared().ranked)} designs" in words and f"at {chosen.work}." in words
-    )
-    assert f"at {last.work} ({last.method})" in words
-    words = report.variances({"a": COVARIANCES, "b": 2 * COVARIANCES}, PLANT, [ax]).alt
-    assert "the last 2 times the first" in words
-    assert "No figure" in repr(report.pareto(compared(), []))
-
-
-def test_cost_is_drawn_in_the_order_of_orders(ax):
-    costs = {"best": {3: 0.4, 1: 0.7, 2: 0.5}, "other": {1: 0.9}}
-    best, other, least = plot.cost_against_order(costs, ax, least=0.3).lines
-    np.testing.assert_array_equal(best.get_xydata(), [[1, 0.7], [2, 0.5], [3, 0.4]])
-    assert other.get_marker() != best.get_marker()
-    assert set(least.get_ydata()) == {0.3}
-    assert len(plot.cost_against_order(costs, ax).lines) == 5
 
 
 def test_band_is_one_sigma(ax):

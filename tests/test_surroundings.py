@@ -15,7 +15,7 @@ import pytest
 import luenberger as lb
 
 TESTS = pathlib.Path(__file__).parent
-CONDUCT = "commands/test_conduct.py"
+CONDUCT = "cli/test_conduct.py"
 # first what a shell does, then the tests in the order that is given
 ELSEWHERE = """
 import os, signal, sys
@@ -33,7 +33,7 @@ sys.exit(pytest.main([*options, *sys.argv[1:]], plugins=[Order()]))
 ALONE = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # no notebooks, no workers
 PLACES = {
     "a job in the background": (
-        ["formats/test_atomic.py::test_permissions",
+        ["formats/test_writing.py::test_permissions",
          f"{CONDUCT}::test_help_names_every_command_and_status",
          f"{CONDUCT}::test_interrupted_while_writing_leaves_the_old_file"],
         dict(ignored=["SIGINT", "SIGHUP", "SIGPIPE"], umask=0o077, reverse=False),
@@ -42,8 +42,8 @@ PLACES = {
     ),
     "a machine of others": (
         ["kernels/test_kept.py::test_the_second_time_nothing_is_compiled",
-         "commands/test_estimate.py::test_many_pieces_are_one_record",
-         "formats/test_atomic.py::test_a_signal_between_renames_waits_for_the_last"],
+         "cli/test_estimate.py::test_many_pieces_are_one_record",
+         "formats/test_writing.py::test_permissions"],
         dict(ignored=["SIGTERM"], umask=0, reverse=True),
         dict(LC_ALL="de_DE.UTF-8", TZ="ABC+12:34:56", COLUMNS="500", NO_COLOR="1",
              HOME="/dev/null/home", PYTHONIOENCODING="ascii", PYTHONHASHSEED="2"),

@@ -18,7 +18,7 @@ import luenberger as lb
 
 LIB = pathlib.Path(__file__).parents[1] / "lib"
 PROJECT = tomllib.loads((LIB / "pyproject.toml").read_text(encoding="utf-8"))["tool"]
-DOORS = ("__init__", "export", "plot", "report", "sampling", "ledger", "matrixproof")
+DOORS = ("__init__", "export", "plot", "sampling", "ledger", "matrixproof")
 
 
 @cache

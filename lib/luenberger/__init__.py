@@ -10,7 +10,6 @@ True
 
 from typing import TYPE_CHECKING
 
-from . import interrupts as _interrupts  # noqa: F401  before all that takes time
 from . import sampling
 from .analysis.error_covariance import error_covariance
 from .analysis.optimality import optimality
@@ -71,7 +70,7 @@ else:
 
     def __getattr__(name):
         """What takes time to load, when it is asked for."""
-        if name in ("export", "plot", "report"):  # the last two import matplotlib
+        if name in ("export", "plot", "report"):  # export and plot take time
             from importlib import import_module
 
             return import_module(f".{name}", __name__)

@@ -1,8 +1,8 @@
-"""The command line: python -m luenberger COMMAND; see `commands`."""
+"""The command line: python -m luenberger COMMAND; see `cli`."""
 
 import sys
 
-from .commands import main
+from .cli import main
 
 if __name__ == "__main__":
     sys.exit(main())

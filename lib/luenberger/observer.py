@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from .at_work import LiveObserver, at_work
 from .formats import json_records
-from .formats.json_files import JsonFile
+from .formats.json_records import JsonFile
 from .forms import Forms
 from .forms.combinations import combined
 from .numeric import Matrices, Matrix

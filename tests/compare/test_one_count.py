@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import luenberger as lb
+from luenberger import report
 from luenberger.export import to_c
-from luenberger.report import result_files
 
 PLANTS = Path(__file__).parents[2] / "notebooks" / "plants"
 EXACT = ["Kalman filter", "Leondes-Novak filter"]
@@ -43,7 +43,7 @@ def of_the_header(observer, folder, dtype="double"):
 def test_the_recommended_design_costs_the_same_wherever_it_is_said(name, tmp_path):
     orders = [6, 9] if name == "reactor" else None  # saves seconds
     table = lb.compare(plants(name), methods=EXACT, orders=orders)
-    chosen, files = table.chosen, result_files.files(table)
+    chosen, files = table.chosen, report.files(table)
     (tmp_path / "observer.json").write_text(files["observer.json"])
     observer = lb.Observer.from_json(tmp_path / "observer.json")
     header = of_the_header(observer, tmp_path)

@@ -11,7 +11,6 @@ import luenberger as lb
 from luenberger import plot, report
 from luenberger.compare import transients
 from luenberger.compare.settling import settling_time
-from luenberger.report import result_files
 from luenberger.show import number
 
 A = [[1, 0.1, 0], [0, 1, 0.1], [0, -0.2, 0.9]]
@@ -55,7 +54,7 @@ def test_reasons_say_what_is_missing_and_what_gives_it(changes, said):
     assert first.startswith("Nothing is recommended") and said in first
     if table.plant.dt:
         assert "lb.fit_noise(plant, y)" in second
-        assert "`python -m luenberger fit PLANT.json DATA.csv --out" in second
+        assert "`luenberger fit PLANT.json DATA.csv --out" in second
     else:
         assert "plant.sampled(0.1)" in second and "--sample 0.1" in second
     assert table.chosen is None is table.yardstick and table.ranked == []
@@ -173,11 +172,10 @@ def test_poles_of_every_design_are_shown(table):
 
 
 def test_the_report_says_so_and_has_no_observer(table):
-    assert "Nothing is recommended" in repr(report.recommendation(table))
-    assert "Recommended:" not in repr(report.recommendation(table))
-    assert "observer.json is not written" in repr(report.matrices(None, PLANT)[0])
-    assert "no observer is recommended" in repr(report.gains_and_poles(table, []))
+    files = report.files(table)
+    assert "Nothing is recommended" in files["report.html"]
+    assert "Recommended:" not in files["report.html"]
+    assert "observer.json is not written" in files["report.html"]
     assert transients(table)[0] == {}
-    files = result_files.files(table)
-    assert [*files] == ["designs.csv"] and ",no," in files["designs.csv"]
+    assert [*files] == ["designs.csv", "report.html"] and ",no," in files["designs.csv"]
     json.dumps(table.rows(), allow_nan=False)

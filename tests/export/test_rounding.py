@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.commands import main
+from luenberger.cli import main
 from luenberger.export import rounding_error, to_c
 from luenberger.kernels.c import library
 
@@ -166,7 +166,8 @@ def test_the_command_measures_where_it_is_asked_to(tmp_path, capsys):
     plant = tracker()
     plant.to_json(tmp_path / "plant.json")
     lb.kalman_filter(plant).to_json(tmp_path / "observer.json")
-    given = ["export", str(tmp_path / "observer.json"), "--c", str(tmp_path), "--float"]
+    given = ["export", str(tmp_path / "observer.json"), "--c", str(tmp_path)]
+    given.append("--dtype=float")
     beside = ["--plant", str(tmp_path / "plant.json")]
     assert main([*given, *beside]) == 0 and "measured" not in capsys.readouterr().err
     assert main([*given, *beside, "--measure"]) == 0

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 import luenberger as lb
-from luenberger.commands import main
+from luenberger.cli import main
 
 ROWS = int(sys.argv[1]) if len(sys.argv) > 1 else 3000
 plant = lb.Plant(

@@ -13,7 +13,6 @@ from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
 ROOT = Path(__file__).parents[2]
-TEMPLATE = ROOT / "lib" / "luenberger" / "report" / "templates" / "design.ipynb"
 WORDS = "Two curves against time; the lower one is the filter of full order.\nx: t"
 
 
@@ -24,12 +23,6 @@ def picture(description, colour=0):
         says.add_itxt("Description", description)
     Image.new("L", (1, 1), colour).save(file, "png", pnginfo=says)
     return base64.b64encode(file.getvalue()).decode()
-
-
-def test_the_template_of_the_report_is_stored_well():
-    """pytest asks this of every notebook below `notebooks` by itself."""
-    notebook = json.loads(TEMPLATE.read_text(encoding="utf-8"))
-    assert not list(stored.complaints(notebook))
 
 
 @pytest.fixture

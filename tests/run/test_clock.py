@@ -9,7 +9,7 @@ import pytest
 from in_parts import in_parts
 
 import luenberger as lb
-from luenberger.formats import csv_reader
+from luenberger.formats import csv_table
 from luenberger.run import measurements, tables
 from luenberger.run.clock import periods
 
@@ -382,7 +382,7 @@ def test_a_files_times_that_contradict_dt(tmp_path, name, stamps, message):
         lambda table: [*tables.estimates(observer, table)[1]],
     ):
         with open(path, "rb") as file, pytest.raises(ValueError, match=message):
-            run(csv_reader.Table(file, path))
+            run(csv_table.Table(file, path))
 
 
 @pytest.mark.parametrize("size", [10, 80])
@@ -393,7 +393,7 @@ def test_an_odd_cell_of_a_later_piece_is_refused(tmp_path, size):
     for name in ("time", "label"):
         path = written(tmp_path, times, name)
         with open(path, "rb") as file:
-            rows = tables.filtered(EVEN, csv_reader.Table(file, path, size))[1]
+            rows = tables.filtered(EVEN, csv_table.Table(file, path, size))[1]
             if name == "label":
                 assert sum(len(x) for _, x in rows) == 20
                 continue

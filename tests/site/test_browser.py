@@ -269,7 +269,7 @@ def test_the_ledger_in_one_file_is_filtered_without_a_script(browser, tmp_path):
 # -- the report ------------------------------------------------------------------------
 
 
-def test_the_report_shows_its_mathematics_and_figures(browser, tmp_path):
+def test_the_report_fits_a_telephone(browser, tmp_path):
     plants = ROOT / "notebooks" / "plants"
     command = [sys.executable, "-m", "luenberger", "design", plants / "tracker.json"]
     command += ["--data", plants / "tracker.csv", "--out", tmp_path / "report"]
@@ -277,11 +277,7 @@ def test_the_report_shows_its_mathematics_and_figures(browser, tmp_path):
     address = (tmp_path / "report" / "report.html").as_uri()
     with at_both_widths(browser, address) as (page, found):
         assert found == {LAPTOP[0]: [], PHONE[0]: []}
-        sizes = [math.bounding_box() for math in page.locator("math").all()]
-        assert len(sizes) >= 5
-        assert all(size["width"] > 4 and size["height"] > 4 for size in sizes)
-        assert page.locator("math >> text=/[$\\\\]/").count() == 0
-        assert page.locator("img").count() == 5
+        assert page.locator("img").count() == 9
         assert barriers(page) == []
 
 

@@ -13,7 +13,7 @@ from .attempts import Attempt, first_least
 if TYPE_CHECKING:
     from .table import Comparison
 
-COMMAND = "python -m luenberger fit PLANT.json DATA.csv --out FITTED.json"
+COMMAND = "luenberger fit PLANT.json DATA.csv --out FITTED.json"
 
 
 def why_not(plant: Plant) -> Iterator[str]:

@@ -1,18 +1,33 @@
-"""Records as JSON: plain data, written row by row and read within limits."""
+"""Records as JSON: plain data, written row by row and read with errors that help."""
 
 import dataclasses
+import difflib
 import json
+import math
+from collections import Counter
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, TypeVar
 
 import numpy as np
 
 from ..errors import few, short
-from . import atomic, json_files
-from .json_files import JsonFile
+from . import writing
 
 FORMAT = 1  # of the files; those without the key are from before it
+DIGITS = 300  # a longer whole number is read as a float: infinite from 1e309
+DEEPEST = 5  # lists within lists: pairs of matrices are the deepest that is written
+WORDS = {True: "true", False: "false", None: "null"}
+ELSEWHERE = {  # what other programs call the keys of a plant
+    "Ts": "dt is the sampling period in seconds",
+    "D": "E is the matrix from u to y",
+    "QN": "Q is the covariance of w in x+ = A x + w: Q = G QN G'",
+    "RN": "R is the covariance of one reading: RN, of continuous time RN / dt",
+    "NN": "S is the covariance of w and v",
+    "G": "Q is that of w in x+ = A x + w: Q = G QN G'",
+    "H": "C is the matrix from x to y",
+}
 
 
 class Dataclass(Protocol):
@@ -22,6 +37,95 @@ class Dataclass(Protocol):
 
 
 Record = TypeVar("Record", bound=Dataclass)
+
+
+@dataclass(frozen=True)
+class JsonFile:
+    """A JSON file that was read: its path, its text, and the object in it."""
+
+    path: str | Path
+    text: str
+    data: dict[str, Any]
+
+
+def json_file(path: str | Path | JsonFile, what: str) -> JsonFile:
+    """Read the object in a JSON file; `require_plain` is for its entries.
+
+    Parameters
+    ----------
+    path : str, Path or JsonFile
+        One that was read already is returned as it is.
+    what : str
+        What the file should hold, for messages.
+
+    Raises
+    ------
+    ValueError
+        If the file is not JSON, and where, or if a key occurs twice.
+    """
+    if isinstance(path, JsonFile):
+        return path
+    content = Path(path).read_bytes()
+    try:
+        text = content.decode("utf-8-sig")
+        data = json.loads(text, object_pairs_hook=_distinct, parse_int=_whole)
+    except UnicodeDecodeError:
+        raise ValueError(
+            f"{path}: not a JSON file in UTF-8; save it as UTF-8"
+        ) from None
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{path}: not a JSON file: {_mistake(error)}") from None
+    except RecursionError:
+        raise ValueError(f"{path}: not a JSON file: nested too deeply") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+    if not isinstance(data, dict):
+        raise ValueError(f"{path}: {what} is a JSON object, got {type(data).__name__}")
+    return JsonFile(path, text, data)
+
+
+def _mistake(error: json.JSONDecodeError) -> str:
+    """Behind what a text stops to be JSON, and what is wrong there."""
+    before, after = error.doc[: error.pos].rstrip(), error.doc[error.pos :].lstrip()
+    line, why = before.count("\n") + 1, error.msg
+    if after.startswith(("/", "#")):
+        why = 'JSON has no comments; the key "description" may hold words'
+    elif before.endswith(",") and after.startswith(("]", "}")):
+        why = "a comma that nothing follows; remove it"
+    elif why.startswith("Illegal trailing comma"):  # Python 3.13
+        why = "a comma that nothing follows; remove it"
+    elif why.startswith("Expecting ','"):
+        why = "a comma or a bracket is missing"
+    return f"line {line}, behind {short(before.rpartition(chr(10))[2][-50:])}: {why}"
+
+
+def _distinct(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        (twice, _), *_ = Counter(key for key, _ in pairs).most_common(1)
+        raise ValueError(f"the key {short(twice)} occurs more than once")
+    return found
+
+
+def _whole(digits: str) -> float:
+    return int(digits) if len(digits) <= DIGITS else float(digits)
+
+
+def require_plain(at: str, value: object, deep: int = 0) -> None:
+    """Raise unless everything within is text, a finite number, a list or an object.
+
+    NumPy would take true for 1 and null for NaN.
+    """
+    if deep > DEEPEST:
+        raise ValueError(f"{at} is nested too deeply")
+    if value is None or isinstance(value, bool):
+        raise ValueError(f"{at} holds {WORDS[value]}, which is not a number")
+    if isinstance(value, float) and not math.isfinite(value):
+        what = "NaN" if math.isnan(value) else "one is beyond 1.8e308"
+        raise ValueError(f"{at} has entries that are not finite: {what}")
+    inner = list(value.values()) if isinstance(value, dict) else value
+    for one in inner if isinstance(inner, list) else ():
+        require_plain(at, one, deep + 1)
 
 
 def as_data(kind: str, frozen: Dataclass) -> dict[str, object]:
@@ -53,13 +157,7 @@ def plain(value: object) -> object:
 
 def write(path: str | Path, data: Mapping[str, object]) -> None:
     """Write JSON; an old file survives a failure."""
-    text = layout(data)
-    if len(text) > json_files.LARGEST * json_files.MIB:
-        raise ValueError(
-            f"{path}: this would be larger than the {json_files.LARGEST} MiB that are "
-            "read back; use numpy.savez for the matrices"
-        )
-    atomic.write(path, text)
+    writing.write(path, layout(data))
 
 
 def layout(data: Mapping[str, object]) -> str:
@@ -100,7 +198,7 @@ def read(
     **defaults
         Values of keys that may be absent, where the class has none.
     """
-    file = json_files.json_file(path, _one(kind))
+    file = json_file(path, _one(kind))
     fields = {field.name for field in dataclasses.fields(cls)}
     data = _entries(file, kind, fields | {"description"})
     missing = [key for key in required if key not in data]
@@ -108,7 +206,7 @@ def read(
         raise ValueError(f"{file.path}: the {kind} has no {str(missing)[1:-1]}")
     given = {key: value for key, value in data.items() if key in fields}
     if kind == "plant" and isinstance(given.get("U"), dict):
-        model = JsonFile(Path(f"{file.path}: U"), b"", given["U"])
+        model = JsonFile(f"{file.path}: U", "", given["U"])
         given["U"] = read(model, kind, cls, required, **defaults)
     try:
         return cls(**defaults | given)
@@ -116,7 +214,7 @@ def read(
         raise ValueError(f"{file.path}: {error}") from None
 
 
-OTHERWISE = {("observer", "plant"): "; `python -m luenberger filter` takes a plant"}
+OTHERWISE = {("observer", "plant"): "; `luenberger filter` takes a plant"}
 
 
 def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
@@ -142,12 +240,22 @@ def _entries(file: JsonFile, kind: str, known: set[str]) -> dict[str, Any]:
     if unknown:
         raise ValueError(
             f"{path}: unknown keys {few(unknown)}; {_one(kind)} has {sorted(known)}"
+            + "".join(_hint(key, known) for key in unknown[:3])
         )
     data = {key: value for key, value in data.items() if value is not None}
     for key, value in data.items():
-        json_files.require_plain(f"{path}: {key}", value)
+        require_plain(f"{path}: {key}", value)
     found = {key: _array(path, key, value) for key, value in data.items()}
     return found if said is None else found | {"at_first": said == "prior"}
+
+
+def _hint(key: str, known: set[str]) -> str:
+    """What an unknown key may mean."""
+    if key in ELSEWHERE:
+        return f". For {key!r}: {ELSEWHERE[key]}"
+    near = {one.lower(): one for one in known}
+    alike = difflib.get_close_matches(key.lower(), near, 1, 0.75)
+    return f". Is {short(key)} meant for {near[alike[0]]!r}?" if alike else ""
 
 
 def _check_format(path: str | Path, number: object) -> None:

@@ -58,7 +58,7 @@ def write_page(
     ValueError
         If there is no such paper.
     ModuleNotFoundError
-        If `latex2mathml`, of luenberger[report], is not installed and formulas are
+        If `latex2mathml`, is not installed and formulas are
         wanted.
     """
     from .page import write

@@ -8,7 +8,7 @@ from pathlib import Path
 from matrixproof.coq import HEAD, TAIL, NotWritten, lemma
 from matrixproof.proofs import Proof, kept
 
-from ..formats import atomic
+from ..formats import writing
 from . import evidence
 from .records import PAPERS, find_paper
 
@@ -85,12 +85,12 @@ def write(folder: str | Path, paper: str | None = None) -> Written:
                 seen.add(body)
                 name = f"Lemma proof_{len(found) + 1}"
                 found.append(body.replace(f"Lemma {NAME}", name, 1))
-        atomic.write(path, "\n\n".join([HEAD, *found, TAIL]))
+        writing.write(path, "\n\n".join([HEAD, *found, TAIL]))
         lemmas[page] = len(found)
     tactics = files("matrixproof").joinpath("words.v").read_text("utf-8")
-    atomic.write(Path(folder, "words.v"), tactics)
+    writing.write(Path(folder, "words.v"), tactics)
     names = "\n".join(path.name for path in paths(folder, paper).values())
-    atomic.write(Path(folder, "_CoqProject"), f"{PROJECT}{names}\n")
+    writing.write(Path(folder, "_CoqProject"), f"{PROJECT}{names}\n")
     return Written(lemmas, tuple(dict.fromkeys(left_out)))
 
 

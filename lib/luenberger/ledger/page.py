@@ -9,7 +9,7 @@ from typing import Any
 
 from matrixproof import Chain, latex
 
-from ..formats import atomic
+from ..formats import writing
 from .records import PARTS, Entry, count, entries, find_paper, misprints, title
 
 Papers = tuple[str, ...]
@@ -59,7 +59,7 @@ td p { margin: 0 0 .3em; }
 
 def write(path: str | Path, paper: str | None = None, formulas: bool = True) -> None:
     """See `ledger.write_page`."""
-    atomic.write(path, render(paper, formulas))
+    writing.write(path, render(paper, formulas))
 
 
 def render(paper: str | None = None, formulas: bool = True) -> str:

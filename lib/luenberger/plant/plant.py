@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..formats import json_records, statespace
-from ..formats.json_files import JsonFile
+from ..formats.json_records import JsonFile
 from ..numeric import Matrices, Matrix
 from ..numeric.covariances import covariance
 from ..numeric.validation import (

@@ -11,7 +11,6 @@ from .charts import decision_chart as decision_chart
 from .curves import error_variance as error_variance
 from .curves import estimates as estimates
 from .curves import sampled_response as sampled_response
-from .designs import cost_against_order as cost_against_order
 from .designs import pareto as pareto
 from .designs import poles as poles
 from .diagrams import block_diagram as block_diagram

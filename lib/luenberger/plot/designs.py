@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -15,7 +14,7 @@ from ..compare import METHODS, Attempt, Comparison, why_not
 from ..observer import Observer
 from ..plant import Plant
 from ..show import number
-from .style import COLOURS, MARKERS, Look, style, text
+from .style import COLOURS, MARKERS, Look, text
 
 FAR = 100  # times the least error: no longer of interest beside the others
 ALONG = {
@@ -128,34 +127,6 @@ def _points(
     return [getattr(one, by) for one in designs], [
         getattr(one, what) for one in designs
     ]
-
-
-def cost_against_order(
-    costs: Mapping[str, Mapping[int, float]],
-    ax: Axes | None = None,
-    *,
-    least: float | None = None,
-) -> Axes:
-    """Error cost against the number of filter states, a curve for each kind of filter.
-
-    Parameters
-    ----------
-    costs : dict of str to dict of int to float
-        A label, and for each order the cost of its filter.
-    least : float, optional
-        A cost that no order goes below, that of the Kalman filter; a level line.
-    """
-    ax = ax or plt.gca()
-    for k, (label, found) in enumerate(costs.items()):
-        orders = sorted(found)
-        curve = style(k) | {"marker": MARKERS[k % 6], "mfc": "none"}
-        ax.plot(orders, [found[order] for order in orders], label=text(label), **curve)
-    if least is not None:
-        ax.axhline(least, color="0.6", lw=0.8, label="least of any order")
-    ax.xaxis.set_major_locator(plt.MaxNLocator(integer=True))
-    ax.set(xlabel="order (observer states)", ylabel="error cost")
-    ax.legend(fontsize="small")
-    return ax
 
 
 def poles(shown: Any, dt: float | None = None, ax: Axes | None = None) -> Axes:

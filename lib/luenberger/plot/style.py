@@ -1,10 +1,11 @@
 """How curves, text and panels look: each told apart in grey and by most eyes."""
 
-import re
 from typing import Any
 
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
+
+from ..show import unit as unit
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 DASHES = ("-", "--", ":", "-.", (0, (5, 1)), (0, (3, 1, 1, 1, 1, 1)))
@@ -15,16 +16,6 @@ Look = dict[str, Any]  # of a curve: what matplotlib takes by keyword
 def text(name: str) -> str:
     """A name of the user's as it is: no mathematics between dollar signs."""
     return name.replace("$", r"\$")
-
-
-def unit(name: str) -> str:
-    """The unit that a name ends with, "m/s" of "velocity (m/s)"; empty without one.
-
-    >>> unit("velocity (m/s)"), unit("x1")
-    ('m/s', '')
-    """
-    found = re.search(r"\(([^()]+)\)\s*$", name)
-    return found[1] if found else ""
 
 
 def squared(name: str) -> str:

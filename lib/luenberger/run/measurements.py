@@ -10,8 +10,7 @@ import numpy as np
 
 from ..analysis.error_covariance import error_covariance
 from ..at_work import start
-from ..formats.csv_reader import Table
-from ..formats.json_files import opened
+from ..formats.csv_table import Table
 from ..numeric import Matrix, Vector
 from ..observer import Observer
 from ..plant import Plant
@@ -76,7 +75,7 @@ def read(path: str | Path, plant: Plant) -> Measurements:
         Naming the line and the column that are not as they should be.
     """
     outputs, inputs = plant.output_names, plant.input_names
-    with opened(path) as file:
+    with open(path, "rb") as file:
         table = Table(file, path)
         clock = tables.time_column(table, outputs, inputs)
         parts = list(table.rows([*outputs, *inputs], outputs, clock))

@@ -18,9 +18,8 @@ from ..at_work import start
 from ..certificate import require_match
 from ..errors import DesignError, few, short
 from ..filtering import back
-from ..formats import csv_reader, time_stamps
-from ..formats.csv_reader import Table
-from ..formats.spreadsheets import require_plain
+from ..formats import csv_table, time_stamps
+from ..formats.csv_table import Table
 from ..numeric import Matrix, Vector
 from ..numeric.validation import names
 from ..observer import Observer
@@ -36,8 +35,8 @@ TIME = ("time", "t", "instant")  # a first column of such a name holds instants
 NEVER = ("", "nan", "nat")  # cells of readings that do not arrive
 MICROSECOND = 1e-6  # the last digit of a date
 Piece = tuple[Sequence[str], np.ndarray]  # times of some rows, the estimates at them
-Read = tuple[csv_reader.Rows, Rows]  # some rows of a table, and what they hold
-Found = tuple[csv_reader.Rows, Matrix, Matrix]  # estimates and deviations at them
+Read = tuple[csv_table.Rows, Rows]  # some rows of a table, and what they hold
+Found = tuple[csv_table.Rows, Matrix, Matrix]  # estimates and deviations at them
 
 
 def time_column(
@@ -66,7 +65,7 @@ def time_column(
     lacking = [name for name in wanted if name not in header or name == time]
     known = header if others else (*wanted, time)
     foreign = [name for name in header if name not in known]
-    if lacking and (marks := csv_reader.separator(header)):
+    if lacking and (marks := csv_table.separator(header)):
         raise ValueError(
             f"{where}: {marks} separate the columns, and commas should; numbers "
             "have a decimal point"
@@ -128,7 +127,6 @@ def estimates(
     inputs = observer.input_names or names("u input", None, observer.G.shape[-1])
     clock = time_column(table, outputs, inputs, others=True)
     header = _header(table, clock, observer.estimate_names)
-    require_plain("state", observer.estimate_names)
     pieces = table.rows([*outputs, *inputs], outputs, clock)
     times = None if clock is None else Column(clock, observer)
 
@@ -143,7 +141,7 @@ def estimates(
                 raise ValueError(
                     f"{at(k)}: {short(outputs[j])} was not measured, and an observer "
                     "whose gains are fixed beforehand cannot leave a measurement out. "
-                    "`python -m luenberger filter PLANT.json` can, and so does "
+                    "`luenberger filter PLANT.json` can, and so does "
                     "lb.Filter(plant)"
                 )
             state, x = estimated(observer, state, y, u)
@@ -164,7 +162,7 @@ def _header(table: Table, clock: str | None, columns: Sequence[str]) -> list[str
     return header
 
 
-def _line(table: Table, rows: csv_reader.Rows, k: int) -> str:
+def _line(table: Table, rows: csv_table.Rows, k: int) -> str:
     return table.at(rows.lines[k])
 
 
@@ -293,7 +291,6 @@ def _read(
             "or give --sample DT, how many seconds its rows are apart"
         )
     header = _header(table, clock, with_sigmas(plant.state_names))
-    require_plain("state", plant.state_names)
     times = None if clock is None else Column(clock, plant)
     pieces = table.rows([*outputs, *inputs], outputs, clock, [*arrival.values()])
 
@@ -318,11 +315,11 @@ def _read(
     return header, parts()
 
 
-def _two_first(pieces: Iterator[csv_reader.Rows]) -> Iterator[csv_reader.Rows]:
+def _two_first(pieces: Iterator[csv_table.Rows]) -> Iterator[csv_table.Rows]:
     """The same, but the first piece has two rows: no period leads to a single one."""
     first = next(pieces)
     while len(first.lines) < 2 and (more := next(pieces, None)) is not None:
-        first = csv_reader.Rows(
+        first = csv_table.Rows(
             [*first.lines, *more.lines],
             [*first.carried, *more.carried],
             np.concatenate([first.values, more.values]),
@@ -334,7 +331,7 @@ def _two_first(pieces: Iterator[csv_reader.Rows]) -> Iterator[csv_reader.Rows]:
 def _due(
     plant: Plant,
     table: Table,
-    rows: csv_reader.Rows,
+    rows: csv_table.Rows,
     labels: Vector,
     times: Column | None,
     arrival: Mapping[str, str],

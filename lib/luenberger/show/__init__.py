@@ -14,6 +14,7 @@ from typing import Any
 
 from .numbers import array as array
 from .numbers import number as number
+from .numbers import unit as unit
 from .pictures import Picture as Picture
 from .pictures import describe as describe
 from .tables import Prose as Prose

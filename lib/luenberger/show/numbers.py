@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -39,3 +41,13 @@ def array(value: ArrayLike, digits: int = 6) -> str:
         "[" + "  ".join(cell.rjust(w) for cell, w in zip(row, wide)) + "]"
         for row in cells
     )
+
+
+def unit(name: str) -> str:
+    """The unit that a name ends with, "m/s" of "velocity (m/s)"; empty without one.
+
+    >>> unit("velocity (m/s)"), unit("x1")
+    ('m/s', '')
+    """
+    found = re.search(r"\(([^()]+)\)\s*$", name)
+    return found[1] if found else ""

@@ -7,7 +7,7 @@ from string import Template
 from typing import NamedTuple
 
 from ...certificate import require_match
-from ...formats import atomic
+from ...formats import writing
 from ...kernels.c.file import File
 from ...kernels.c.numbers import BYTES
 from ...kernels.c.writer import listed, typed
@@ -272,20 +272,20 @@ def wrapped(head: str) -> str:
 def write_pair(folder: str | Path, texts: Mapping[str, str]) -> list[Path]:
     """Write the files of `texts`, by name, into `folder`; return their paths.
 
-    Both are replaced or neither.  A file that this library did not write is left
-    alone.
+    Both are written before one is replaced.  A file that this library did not write is
+    left alone.
     """
     places(folder, texts)
-    return atomic.write_all(folder, texts)
+    return writing.write_all(folder, texts)
 
 
 def places(folder: str | Path, names: Iterable[str]) -> list[Path]:
     """The paths of the files in `folder`; raises if one of them is not ours."""
-    atomic.existing_folder(folder)
+    writing.require_folder(folder)
     paths = [Path(folder) / name for name in names]
     for path in paths:
-        there = atomic.destination(path)
-        if there.exists():
+        if path.exists():
+            there = writing.require_file(path)
             with open(there, encoding="utf-8", errors="replace") as file:
                 ours = MARK in file.read(200)
             if not ours:

@@ -3,13 +3,13 @@
 import csv
 import json
 import pathlib
+import sys
 
 import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.commands import main
-from luenberger.report import notebook, result_files
+from luenberger.cli import main
 
 OVEN = lb.Plant(
     [[0.9, 0.05], [0.1, 0.85]], [[0.1], [0.2]], [[1, 0]], dt=1.0,
@@ -51,27 +51,24 @@ def prepared(held):
 
 
 @pytest.mark.parametrize("text, held, U, said", GIVEN.values(), ids=GIVEN)
-def test_the_notebook_asks_what_the_command_was_asked(
+def test_the_report_asks_what_the_command_was_asked(
     here, monkeypatch, text, held, U, said
 ):
-    """What the report's notebook reads, in place of the notebook itself."""
     prepared(held)
     seen = {}
 
-    def read_instead(made, work, progress):
-        seen["asked"] = result_files.question(work / "question.json")
-        seen["plant"] = lb.Plant.from_json(work / "plant.json")
+    def instead(plant, **asked):
+        seen.update(asked, plant=plant)
+        return lb.compare(plant, methods="Kalman filter", **asked)
 
-    monkeypatch.setattr(notebook, "run", read_instead)
+    monkeypatch.setattr(sys.modules["luenberger.compare"], "compare", instead)
     assert main(["design", "oven.json", "--U", text, "--out", "r"]) == 0
-    asked, plant = seen["asked"], seen["plant"]
-    assert asked == {} and plant == OVEN.with_input(U)
-    table = lb.compare(plant, methods="Kalman filter")  # it says what is known
-    assert said in " ".join(table.reasons())
+    plant = seen["plant"]
+    assert plant == OVEN.with_input(U)
+    assert said in " ".join((here / "r" / "report.html").read_text().split())
     assert lb.Plant.from_json(here / "r" / "plant.json") == plant
 
 
-@pytest.mark.usefixtures("forked_kernels")
 def test_a_report_under_a_model_of_the_input(here, capfd):
     """Error figures, transients and bounds of a design that the input disturbs."""
     MODEL.to_json("u.json")
@@ -100,8 +97,6 @@ def test_a_report_under_a_model_of_the_input(here, capfd):
     assert "Not shown" not in page
     assert "the most accurate design within the budget of 1 observer state." in page
     assert "Recommended: fixed-order filter, order 1." in page
-    asked = json.loads((made / "question.json").read_text())
-    assert asked["budget"] == {"states": 1} and set(asked) == {"budget"}
 
 
 REFUSED = {
@@ -126,12 +121,6 @@ def test_what_is_no_input_is_refused_before_designs(here, capfd, more, held, sai
     assert main(["design", "oven.json", *more, "--out", "r", "--dry-run"]) == 1
     out, err = capfd.readouterr()
     assert said in err and not out and "Traceback" not in err
-
-
-def test_a_dry_run_names_the_question(here, capfd):
-    line = ["design", "oven.json", "--budget", "states=1", "--out", "r", "--dry-run"]
-    assert main(line) == 0
-    assert "r/question.json" in capfd.readouterr().out.split()
 
 
 RECORDS = {  # of the input, with how U is stated, and what is said of it

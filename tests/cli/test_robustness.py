@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.commands import main
+from luenberger.cli import main
 
 MOTOR = lb.Plant(
     [[1, 0.1], [0, 0.8]], [[0], [0.1]], [[1, 0]], dt=0.1,

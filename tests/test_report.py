@@ -1,6 +1,7 @@
 """What the report says of a record and the noises that it was given or fitted."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -15,6 +16,14 @@ PLANT = lb.Plant(
 )  # fmt: skip
 
 
+def judge(plant, record):
+    return report._tests(plant, record, None)
+
+
+def agreement(found, table=None, data=None):
+    return " ".join(report._agreement(table, data, found))
+
+
 @pytest.fixture
 def record():
     rng, x, y = np.random.default_rng(8), np.zeros(2), []
@@ -25,37 +34,44 @@ def record():
 
 
 def test_the_true_noises_agree(record):
-    found = report.judged(PLANT, record)
-    said = repr(report.agreement(found))
+    found = judge(PLANT, record)
+    said = agreement(found)
     assert "The record agrees with the model" in said
     assert "no other observer is tested by that" in said
 
 
 def test_what_was_fitted_is_counted(record):
-    given, fitted = report.judged(PLANT, record), report.judged(PLANT, record, 3)
-    assert (given.dof, fitted.dof, fitted.fitted) == (20, 17, 3)
-    assert fitted.statistic == given.statistic and fitted.p_value < given.p_value
-    assert "where 17 is expected" in repr(report.agreement(fitted))
+    """One test, one probability: that of the fit."""
+    fit = lb.fit_noise(dataclasses.replace(PLANT, R=None), record.y, Q=None, R="full")
+    assert report._tests(fit.plant, record, fit) is fit.whiteness
+    table = lb.compare(fit.plant, orders=[2])
+    page = report.files(table, record, fit)["report.html"]
+    assert set(re.findall(r"\(p = ([^)]*)\)", page)) == {f"{fit.whiteness.p_value:.2g}"}
+    cells = re.findall(r"R\[0,0\]</td><td[^>]*>([^<]*)</td><td[^>]*>([^<]*)<", page)
+    error = fit.standard_errors["R"][0, 0]
+    assert cells == [(f"{fit.plant.R[0, 0]:.4g}", f"{error:.2g}")]
 
 
 @pytest.mark.parametrize("wrong", [{"Q": np.diag([0, 10.0])}, {"R": [[9.0]]}])
 def test_wrong_noises_do_not(record, wrong):
-    found = report.judged(dataclasses.replace(PLANT, **wrong), record)
-    assert "does not agree" in repr(report.agreement(found))
+    plant = dataclasses.replace(PLANT, **wrong)
+    assert "does not agree" in agreement(judge(plant, record))
+    page = report.files(lb.compare(plant, orders=[2]), record)["report.html"]
+    box = page[page.index('<div class="box bad">') : page.index("</div>")]
+    assert "does not agree with the model (p = " in box and "luenberger fit" in box
 
 
 def test_without_noises_or_with_few_samples_nothing_is_said(record):
     silent = dataclasses.replace(PLANT, Q=None)
     few = dataclasses.replace(record, y=record.y[:19], u=record.u[:19])
-    for found in (report.judged(silent, record), report.judged(PLANT, few)):
+    for found in (judge(silent, record), judge(PLANT, few)):
         assert found is None
-        assert "Nothing was tested" in repr(report.agreement(found))
-        assert "No figure" in repr(report.innovations(found, []))
+        assert "Nothing was tested" in agreement(found)
 
 
 def test_a_record_that_the_plant_cannot_produce_is_not_judged(record):
     still = dataclasses.replace(PLANT, Q=np.zeros((2, 2)), R=[[0]], P0=np.zeros((2, 2)))
-    assert report.judged(still, record) is None
+    assert judge(still, record) is None
 
 
 OVEN = lb.Plant(
@@ -71,8 +87,8 @@ def of_input(u):
 
 
 def sentence(table, data):
-    return " ".join(str(report.agreement(None if data is None else report.judged(
-        table.plant, data), table, data)).split())  # fmt: skip
+    found = None if data is None else judge(table.plant, data)
+    return agreement(found, table, data)
 
 
 @pytest.fixture(scope="module")
@@ -124,3 +140,24 @@ def test_where_nothing_can_be_said_of_it_nothing_is(levelled):
                                                 np.nan))  # fmt: skip
     for table, record in ((kalman, data), (levelled, gaps), (levelled, None)):
         assert "recommended observer misses" not in sentence(table, record)
+
+
+def test_the_box_says_what_to_take_and_what_is_next(levelled):
+    switched = np.where((np.arange(4000) // 400) % 2 == 0, 60.0, 0.0)[:, None]
+    page = report.files(levelled, of_input(switched)[0], None, "made")["report.html"]
+    box = page[page.index('<div class="box bad">') : page.index("</div>")]
+    assert f"Recommended: {levelled.chosen.title}." in box
+    assert "do not take it" in box and "The record agrees with the model" in box
+    assert "luenberger export plant.json" in box
+    assert page.index("<h2>") > page.index("</div>") and "<p>made</p>" in page
+    calm = lb.compare(OVEN.with_input(0), methods=["Kalman filter"])
+    page = report.files(calm, of_input(np.zeros((400, 1)))[0])["report.html"]
+    box = page[page.index('<div class="box">') : page.index("</div>")]
+    assert "luenberger export observer.json" in box
+
+
+def test_a_wide_table_is_cards_on_a_telephone(levelled):
+    page = report.page(levelled)
+    assert page.count("<table class=wide>") == 1
+    row = re.search(r"<tr class=chosen>.*?</tr>", page)[0]
+    assert len(re.findall("data-label=", row)) == len(levelled.table.header)

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 import luenberger as lb
-from luenberger.commands import main
+from luenberger.cli import main
 
 MOTOR = lb.Plant(
     [[0, 1], [-2, -0.5]], [[0], [1]], np.eye(2), Q=np.diag([0, 0.3]),
@@ -60,7 +60,7 @@ def numbers(path="x.csv"):
 @pytest.fixture(params=[1 << 18, 499], ids=["one piece", "many pieces"])
 def piece(request, monkeypatch):
     monkeypatch.setattr(
-        "luenberger.formats.csv_reader.Table.__init__.__defaults__", (request.param,)
+        "luenberger.formats.csv_table.Table.__init__.__defaults__", (request.param,)
     )
 
 
@@ -152,10 +152,10 @@ def test_a_missing_input_is_zero_only_if_that_is_said(call):
 def test_estimate_points_to_filter(call, capfd):
     """Where a plant is given, and where a measurement is missing."""
     assert main(["estimate", "motor.json", "data.csv", "--out", "x.csv"]) == 1
-    assert "`python -m luenberger filter` takes a plant" in capfd.readouterr().err
+    assert "`luenberger filter` takes a plant" in capfd.readouterr().err
     lb.kalman_filter(EVEN).named(EVEN).to_json("observer.json")
     assert main(["estimate", "observer.json", "even.csv", "--out", "x.csv"]) == 1
-    assert "`python -m luenberger filter PLANT.json` can" in capfd.readouterr().err
+    assert "`luenberger filter PLANT.json` can" in capfd.readouterr().err
 
 
 WRONG = {

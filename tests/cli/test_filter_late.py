@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 
 import luenberger as lb
-from luenberger.commands import main
-from luenberger.formats import csv_reader
+from luenberger.cli import main
+from luenberger.formats import csv_table
 
 N = 400
 PLANT = lb.Plant(
@@ -49,18 +49,9 @@ def call(tmp_path, monkeypatch, capfd, frame):
 LATE = "--arrival satellite=known"
 
 
-@pytest.mark.parametrize("options", [LATE, "--smooth --arrival satellite=known"])
-def test_estimate_names_the_command_that_takes_late_readings(options, call, capfd):
-    line = f"estimate plant.json data.csv {options} --out x.csv"
-    with pytest.raises(SystemExit) as end:
-        main(line.split())
-    assert end.value.code == 2
-    assert "filter PLANT.json DATA.csv --arrival OUTPUT=COLUMN" in capfd.readouterr()[1]
-
-
-@pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
+@pytest.mark.parametrize("piece", [csv_table.PIECE, 1000])
 def test_it_is_the_filter_of_a_record(call, frame, piece, monkeypatch):
-    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
+    monkeypatch.setattr(csv_table.Table.__init__, "__defaults__", (piece,))
     status, _, problem = call(LATE)
     assert status == 0, problem
     found = pd.read_csv("x.csv", index_col=0)
@@ -107,10 +98,10 @@ def dated(frame):
     return frame.assign(known=known).set_axis(dates.rename("time"))
 
 
-@pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
+@pytest.mark.parametrize("piece", [csv_table.PIECE, 1000])
 def test_dates_are_taken_as_numbers_are(call, dated, piece, monkeypatch):
     """Through every piece of the file they count from the first of all."""
-    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
+    monkeypatch.setattr(csv_table.Table.__init__, "__defaults__", (piece,))
     assert call(LATE)[0] == 0
     wanted = pd.read_csv("x.csv", index_col=0).to_numpy()
     dated.to_csv("data.csv", date_format="%Y-%m-%dT%H:%M:%S.%f")
@@ -153,9 +144,9 @@ def test_a_column_of_dates_beside_numbers_is_refused(call, frame, dated):
     assert status and "line 2: 'known' is" in problem and "not a number" in problem
 
 
-@pytest.mark.parametrize("piece", [csv_reader.PIECE, 1000])
+@pytest.mark.parametrize("piece", [csv_table.PIECE, 1000])
 def test_continuous_plants_are_sampled_at_the_rows(call, frame, piece, monkeypatch):
-    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (piece,))
+    monkeypatch.setattr(csv_table.Table.__init__, "__defaults__", (piece,))
     motor = lb.Plant(
         [[0, 1], [0, 0]], None, np.eye(2), Q=np.eye(2), R=np.eye(2), P0=np.eye(2),
         output_names=["satellite", "wheel"],

@@ -21,11 +21,10 @@ import pytest
 from interrupts import heeding
 
 import luenberger as lb
-from luenberger.commands import COMMANDS, main, terminal
-from luenberger.commands.terminal import visible
+from luenberger.cli import COMMANDS, main
 
 PLANTS = pathlib.Path(__file__).parents[2] / "notebooks" / "plants"
-NAMES = [module.__name__.rpartition(".")[2] for module in COMMANDS]
+NAMES = [*COMMANDS]
 CLIMBING = '../../x \N{SNOWMAN} "; rm -rf </script> {0} %s =1+1'
 
 
@@ -83,15 +82,10 @@ def process(*arguments, **options):
 
 LINES = """
 import shlex, sys
-from luenberger.commands import main
+from luenberger.cli import main
 for line in sys.argv[1:]:
     print(main(shlex.split(line)))
 """
-
-
-def process_of_all(*lines, **options):
-    """Command lines one after the other in one process, each with its status."""
-    return python("-c", LINES, *lines, **options)
 
 
 def python(*arguments, **options):
@@ -111,10 +105,10 @@ def contents(folder):
 
 
 def examples(name):
-    from luenberger.commands import parser
+    from luenberger.cli import parser
 
     actions = parser()._subparsers._group_actions[0].choices
-    head = "  python -m luenberger "
+    head = "  luenberger "
     lines = actions[name].format_help().splitlines()
     return [line.removeprefix(head) for line in lines if line.startswith(head)]
 
@@ -127,7 +121,7 @@ SLOW = {"design tracker.json --out report --data tracker.csv"}  # in test_design
 def test_help_has_examples_and_says_what_is_written(call, name):
     status, out, err = call(f"{name} --help")
     assert (status, err) == (0, "") and "\nexamples:\n" in out
-    assert "--dry-run" in out or "Writes nothing." in out
+    assert any(one in out for one in ("--dry-run", "--out FILE", "Writes nothing."))
     assert len(examples(name)) >= 2
 
 
@@ -152,14 +146,13 @@ def test_help_is_as_quick_as_the_library():
     """It imports next to nothing that `import luenberger` does not."""
     code = (
         "import sys, luenberger; before = set(sys.modules)\n"
-        "from luenberger.commands import parser; parser().format_help()\n"
+        "from luenberger.cli import parser; parser().format_help()\n"
         "print(*sorted(set(sys.modules) - before))"
     )
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     new = run.stdout.split()
     ours = [name for name in new if name.startswith("luenberger.")]
-    assert "luenberger.commands" in ours
-    assert all(name.startswith("luenberger.commands") for name in ours)
+    assert ours == ["luenberger.cli"]
     assert len(new) - len(ours) < 10, new
 
 
@@ -191,18 +184,13 @@ def test_the_guide_lists_every_command():
         ("compare tracker.json --orders=7", "from 0 to 3, got 7"),
         ("compare tracker.json --orders=0", "no design that is asked for exists"),
         ("compare tracker.json --csv report", "report is a folder"),
-        ("compare tracker.json --csv no/such.csv", "no/such.csv: No such file"),
+        ("compare tracker.json --csv no/such.csv", "no/such.csv: there is no folder"),
         ("compare tracker.json --csv ./tracker.json", "would replace tracker.json"),
-        ("compare tracker.json --csv loop", "loop: Too many levels of symbolic links"),
-        ("export tracker.json --c loop", "loop is a link that leads to no folder"),
-        ("export tracker.json --c loop/a/b --dry-run", "loop is a link that leads to"),
         ("export tracker.json --c tracker.csv/a --dry-run", "tracker.csv is a file"),
-        ("design tracker.json --out loop --dry-run", "loop is a link that leads to no"),
         ("design tracker.json --out tracker.csv/r --dry-run", "tracker.csv is a file"),
-        ("estimate report/observer.json tracker.csv --out loop", "loop: Too many lev"),
         (
             "estimate report/observer.json tracker.csv --out tracker.csv/e",
-            "tracker.csv/e: Not a directory",
+            "tracker.csv/e: there is no folder",
         ),
         ("export tracker.json --c c --m1 speed", "'speed' is not an output"),
         ("export tracker.json --c c --m1 3", "between 0 and p = 2, got 3"),
@@ -212,7 +200,7 @@ def test_the_guide_lists_every_command():
         ("ledger --paper Kalman", "no paper is called 'Kalman'"),
         ("ledger --paper an", "more than one paper"),
         ("ledger --paper=", "no paper is called ''"),
-        ("ledger --html no/such.html --paper hsia", "no/such.html: No such file"),
+        ("ledger --html no/such.html --paper hsia", "no/such.html: there is no f"),
         ("ledger --html report --dry-run", "report is a folder"),
         ("design tracker.json --out tracker.csv", "tracker.csv is a file"),
         ("estimate tracker.json tracker.csv --out e.csv", "does not hold an observer"),
@@ -220,8 +208,6 @@ def test_the_guide_lists_every_command():
     ids=lambda value: value if " " in value and "--" in value else "",
 )
 def test_refused_with_one_line_and_status_1(here, call, line, why):
-    (here / "loop").symlink_to("back")
-    (here / "back").symlink_to("loop")
     before = contents(here)
     status, out, err = call(line)
     assert status == 1 and out == "", (status, out)
@@ -229,7 +215,6 @@ def test_refused_with_one_line_and_status_1(here, call, line, why):
     assert message.startswith("luenberger: ") and why in message
     assert "Traceback" not in err and len(said) <= 1
     assert contents(here) == before
-    assert os.readlink(here / "loop") == "back" and os.readlink("back") == "loop"
 
 
 @pytest.mark.parametrize(
@@ -268,12 +253,14 @@ def test_refused_with_one_line_and_status_1(here, call, line, why):
         "check tracker.json --sample nan",
         "estimate report/observer.json tracker.csv --out e.csv --sample 1",
         "export report/observer.json --c c --sample 1",
+        "filter tracker.json tracker.csv --out e.csv --smooth --lag 1",
+        "check tracker.json --k 1",
         "estimate report/observer.json tracker.csv",
     ],
 )
 def test_wrong_usage_has_status_2(here, call, line):
     status, out, err = call(line)
-    assert status == 2 and out == "" and "usage: python -m luenberger" in err
+    assert status == 2 and out == "" and "usage: luenberger" in err
 
 
 @pytest.mark.parametrize("command", ["check", "export --c c"])
@@ -311,7 +298,6 @@ WRITING = [
     "export report/observer.json --c firmware --plant tracker.json",
     "export tracker.json --c . --name filter",
     "export tracker.json --c . --name filter --dtype float",
-    "estimate report/observer.json tracker.csv --out estimates.csv",
 ]
 
 
@@ -385,7 +371,7 @@ def test_json_is_one_document_of_ascii(here, call, line):
 def test_output_is_the_same_in_every_process(here, call):
     """Whatever order sets have in it."""
     lines = ["compare tracker.json --orders=1", "check reactor.json"]
-    run = process_of_all(*lines, env=CLEAN | {"PYTHONHASHSEED": "1"})
+    run = python("-c", LINES, *lines, env=CLEAN | {"PYTHONHASHSEED": "1"})
     one, other = (call(line)[1] for line in lines)
     assert run.stdout == f"{one}0\n{other}0\n" and one and other
 
@@ -413,36 +399,6 @@ def test_names_do_not_become_paths(here, call):
     assert made == {f"work/{name}" for name in named}
 
 
-@pytest.mark.parametrize(
-    "line", ["compare odd.json --csv=d", "design odd.json --out=r"]
-)
-def test_names_do_not_become_formulas_of_a_spreadsheet(here, call, line):
-    with_names(here, "=cmd|' /C calc'!A0 ", "odd.json")
-    before = contents(here)
-    status, out, err = call(line)
-    assert (status, out) == (1, "") and contents(here) == before
-    assert "the state name \"=cmd|' /C calc'!A0 0\" would be a formula" in err
-
-
-def test_names_do_not_steer_the_terminal(here, call):
-    """Plants refuse such names; what is printed of the refusal is harmless too."""
-    with_names(here, "\x1b[31m red\r\n\x07", "odd.json")
-    observer = json.loads((here / "report/observer.json").read_text())
-    (here / "o.json").write_text(json.dumps(observer | {"\x1b[2J": 1}))
-    for line in ("check odd.json", "compare odd.json", "export o.json --c c"):
-        status, out, err = call(line)
-        assert status == 1 and out == "" and "\\x1b[" in err
-        assert err.removesuffix("\n").isprintable()
-
-
-@pytest.mark.parametrize(
-    "character", ["\x1b", "\n", "\x7f", "\u202e", "\ud800", "\x9b"]
-)
-def test_what_steers_a_terminal_is_printed_as_an_escape(character):
-    assert visible(f"a{character}b").isprintable()
-    assert visible(f"a{character}b") != visible("ab")
-
-
 def test_a_terminal_without_unicode(here, call, monkeypatch):
     data = json.loads((here / "tracker.json").read_text())
     data["state_names"] = ["\N{SNOWMAN}", "Straße", "position"]
@@ -454,166 +410,19 @@ def test_a_terminal_without_unicode(here, call, monkeypatch):
     assert "\\u2603, Stra\\xdfe, position" in printed
 
 
-# -- closed pipes, full disks, signals ------------------------------------------------
-
-
-PRINTING = pytest.mark.parametrize(
-    ("line", "unbuffered"),
-    [
-        ("--help", False),
-        ("check --help", True),
-        ("--version", True),
-        ("ledger --paper moore --json", False),
-        ("ledger --paper moore --json", True),
-    ],
-)
-
-
-def printed(call, monkeypatch, line, out, unbuffered):
-    """Run a line with this stdout: status and stderr.
-
-    Whether Python buffers decides where a file that refuses shows.  The file is closed
-    at the end, as Python does when it ends.
-    """
-    buffer = out if unbuffered else io.BufferedWriter(out)
-    with io.TextIOWrapper(buffer, encoding="utf-8", write_through=unbuffered) as file:
-        with monkeypatch.context() as streams:
-            streams.setattr(sys, "stdout", file)
-            status, _, err = call(line)
-    return status, err
-
-
-@PRINTING
-def test_a_closed_pipe_ends_it_quietly(call, monkeypatch, line, unbuffered):
-    there, here = os.pipe()
-    os.close(there)
-    pipe = open(here, "wb", buffering=0)
-    assert printed(call, monkeypatch, line, pipe, unbuffered) == (141, "")
-
-
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="no device that is full")
-@PRINTING
-def test_a_full_disk_behind_stdout_is_noticed(call, monkeypatch, line, unbuffered):
-    full = open("/dev/full", "wb", buffering=0)
-    said = "luenberger: No space left on device\n"
-    assert printed(call, monkeypatch, line, full, unbuffered) == (1, said)
+# -- interrupted ----------------------------------------------------------------------
 
 
 def test_a_process_ends_quietly_at_a_closed_pipe():
     run = subprocess.Popen(
-        [sys.executable, "-m", "luenberger", "--help"],
+        [sys.executable, "-m", "luenberger", "ledger", "--json"],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         env=CLEAN,
     )
     run.stdout.close()
-    assert run.stderr.read() == b"" and run.wait(timeout=60) == 141
+    assert run.stderr.read() == b"" and run.wait(timeout=120) == 141
     run.stderr.close()
-
-
-def without(closed, line, **options):
-    """Run a command line with streams closed, as `<&-` does: status, stdout, stderr."""
-    shell = f'exec "$@" {closed}'
-    arguments = ["sh", "-c", shell, "sh", sys.executable, "-m", "luenberger"]
-    run = subprocess.run(
-        [*arguments, *line.split()], capture_output=True, text=True, timeout=120,
-        **{"env": CLEAN} | options,
-    )  # fmt: skip
-    return run.returncode, run.stdout, run.stderr
-
-
-CLOSED = {"<&-": "stdin", ">&-": "stdout", "2>&-": "stderr"}
-
-
-@pytest.fixture
-def call_without(call, monkeypatch):
-    """`without` in this process, where Python has put None for closed streams."""
-
-    def run(closed, line):
-        with monkeypatch.context() as streams:
-            for one in closed.split():
-                streams.setattr(sys, CLOSED[one], None)
-            return call(line)
-
-    return run
-
-
-@pytest.mark.parametrize(
-    ("line", "closed", "name"),
-    [
-        ("estimate report/observer.json - --out -", "<&-", "stdin"),
-        ("estimate report/observer.json - --out e.csv", "<&-", "stdin"),
-        ("estimate report/observer.json tracker.csv --out -", ">&-", "stdout"),
-        ("estimate report/observer.json - --out -", "<&- >&-", "stdout"),
-        ("estimate report/observer.json tracker.csv --out e.csv", ">&-", "stdout"),
-        ("check tracker.json", ">&-", "stdout"),
-        ("--help", "<&- >&-", "stdout"),
-    ],
-)
-def test_a_stream_that_is_needed_and_closed_is_a_refusal(
-    here, call_without, line, closed, name
-):
-    before = contents(here)
-    assert call_without(closed, line) == (1, "", f"luenberger: {name} is closed\n")
-    assert contents(here) == before
-
-
-def test_a_stream_that_is_closed_and_not_needed_changes_nothing(
-    here, call, call_without
-):
-    """Least of all where it is stderr, what is said there among the results."""
-    line = "estimate report/observer.json tracker.csv --out -"
-    _, out, err = call(line)
-    assert call_without("<&-", line) == (0, out, err)
-    assert call_without("2>&-", line) == (0, out, "")
-    assert call_without("2>&-", "check absent.json") == (1, "", "")
-    assert call_without("2>&-", "destroy") == (2, "", "")
-    assert call_without(">&- 2>&-", line) == (1, "", "")
-
-
-def test_a_process_with_closed_streams(here, call):
-    """Its files would take their places."""
-    line = "estimate report/observer.json tracker.csv --out -"
-    assert without("<&- 2>&-", line) == (0, call(line)[1], "")
-    before = contents(here)
-    line = "estimate report/observer.json - --out e.csv"
-    assert without("<&-", line) == (1, "", "luenberger: stdin is closed\n")
-    assert without(">&-", "--help") == (1, "", "luenberger: stdout is closed\n")
-    assert contents(here) == before
-
-
-def test_what_is_loaded_finds_a_stderr_though_it_is_closed(tmp_path):
-    """NumPy 2.0 asks for its `write`, long before a command begins."""
-    asks = "import sys\nsys.stderr.write('lost')\nraise SystemExit(7)"
-    (tmp_path / "numpy.py").write_text(asks)
-    there = {"env": CLEAN | {"PYTHONPATH": str(tmp_path)}}
-    assert without("2>&-", "check absent.json", **there) == (7, "", "")
-
-
-def test_no_file_takes_the_place_of_a_closed_stream(tmp_path):
-    """A child process, of which the report starts one, would write into it."""
-    path = os.fspath(pathlib.Path(terminal.__file__))  # alone, so as to load little
-    code = "import runpy, sys; sys.stderr = sys.stderr or sys.stdout\n"
-    code += f"runpy.run_path({path!r})['prepare']()\n"
-    code += "print(open('new', 'w').fileno() > 2)"
-    for closed in ("<&-", "2>&-", "<&- 2>&-"):
-        shell = f'exec "$@" {closed}'
-        run = subprocess.run(
-            ["sh", "-c", shell, "sh", sys.executable, "-c", code],
-            cwd=tmp_path, capture_output=True, text=True,
-        )  # fmt: skip
-        assert run.stdout == "True\n", run.stderr
-
-
-def test_the_file_behind_stdout_is_not_replaced(here):
-    """It would be another file that ends up under its name, and the path nowhere."""
-    line = "estimate report/observer.json tracker.csv --out"
-    (here / "e.csv").write_text("earlier\n")
-    with open("e.csv", "a") as file:
-        run = process_of_all(f"{line} e.csv", f"{line} /dev/stdout",
-                             capture_output=False, stdout=file, stderr=-1)  # fmt: skip
-    assert run.stderr.count("the file that stdout or") == 2
-    assert (here / "e.csv").read_text() == "earlier\n1\n1\n"
 
 
 def test_interrupted_while_writing_leaves_the_old_file(here):
@@ -633,66 +442,15 @@ def test_interrupted_while_writing_leaves_the_old_file(here):
         time.sleep(0.01)
     assert run.poll() is None  # it waits for more, its new file beside the old one
     run.send_signal(signal.SIGINT)
-    _, err = run.communicate(timeout=60)
-    assert run.returncode == 130 and "Traceback" not in err
+    _, err = run.communicate(timeout=120)
+    assert run.returncode == 130 and err.endswith("luenberger: interrupted\n")
     assert contents(here) == before
 
 
-class Interrupting(io.BytesIO):
-    """Standard input that ends its reader from outside, in the middle of a record."""
-
-    def __init__(self, text, number):
-        super().__init__(text.encode())
-        self.buffer, self.number, self.beside = self, number, []
-
-    def read(self, size=-1):
-        self.beside = list(pathlib.Path().glob(".luenberger-*"))
-        if signal.getsignal(self.number) is not signal.SIG_DFL:  # or the tests end too
-            signal.raise_signal(self.number)
-        return super().read(size)
-
-
-@pytest.mark.parametrize(("name", "status"), [("SIGTERM", 143), ("SIGHUP", 129)])
-def test_ended_while_writing_leaves_the_old_file(here, call, monkeypatch, name, status):
-    (here / "e.csv").write_text("old")
-    before = contents(here)
-    number = getattr(signal, name)
-    record = Interrupting((here / "tracker.csv").read_text(), number)
-    monkeypatch.setattr(sys, "stdin", record)
-    usual = signal.signal(number, signal.SIG_DFL)  # in the background it is ignored
-    try:
-        found = call("estimate report/observer.json - --out e.csv")
-        assert signal.getsignal(number) is signal.SIG_DFL
-    finally:
-        signal.signal(number, usual)
-    assert found == (status, "", "") and record.beside
-    assert contents(here) == before
-
-
-@pytest.mark.parametrize(
-    ("module", "status", "said"),
-    [("luenberger", 130, "luenberger: interrupted\n"), ("other", 3, "theirs\n")],
-)
-def test_interrupted_while_loading_ends_without_a_traceback(
-    tmp_path, module, status, said
-):
-    """The first import that takes time is NumPy's; who imports us is left alone."""
-    (tmp_path / "numpy.py").write_text("print(flush=True)\nimport time\ntime.sleep(60)")
-    theirs = "import sys\ntry:\n    import luenberger\n"
-    theirs += "except KeyboardInterrupt:\n    sys.stderr.write('theirs\\n')\n"
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "__init__.py").write_text(theirs + "    sys.exit(3)\n")
-    run = subprocess.Popen(
-        heeding("-m", module, "--version"),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(tmp_path)},
-    )
-    assert run.stdout.readline() == "\n"
-    run.send_signal(signal.SIGINT)
-    _, err = run.communicate(timeout=60)
-    assert (run.returncode, err) == (status, said)
+def test_importing_the_library_installs_no_handler():
+    code = "import signal; before = signal.getsignal(2); import luenberger.cli\n"
+    run = python("-c", code + "assert signal.getsignal(2) is before")
+    assert run.returncode == 0, run.stderr
 
 
 # -- check ----------------------------------------------------------------------------
@@ -866,7 +624,7 @@ def test_the_exported_filter_of_a_plant(here, call):
     plant = lb.Plant.from_json("tracker.json")
     lb.export.to_c(plant, "by-function", m1=["radar position (m)"])
     assert contents(here / "by-command") == contents(here / "by-function")
-    call("export tracker.json --m1 2 --c by-command --name two --float")
+    call("export tracker.json --m1 2 --c by-command --name two --dtype float")
     lb.export.to_c(plant, "by-function", m1=2, name="two", dtype="float")
     assert contents(here / "by-command") == contents(here / "by-function")
 

@@ -5,7 +5,7 @@ import tracemalloc
 
 import pytest
 
-from luenberger.formats import csv_reader
+from luenberger.formats import csv_table
 from luenberger.run import tables
 
 
@@ -27,17 +27,6 @@ def peaks(monkeypatch):
             found.append(tracemalloc.get_traced_memory()[1])
             tracemalloc.stop()
 
-    monkeypatch.setattr(csv_reader.Table.__init__, "__defaults__", (1 << 15,))
+    monkeypatch.setattr(csv_table.Table.__init__, "__defaults__", (1 << 15,))
     monkeypatch.setattr(tables, "write", traced)
     return found
-
-
-@pytest.fixture
-def forked_kernels(monkeypatch):
-    """Reports that this process makes run in kernels that are forked, as notebooks."""
-    import jupyter_client
-    from loaded_by_kernels import MODULES
-    from notebook_tests import forked
-
-    forking = forked.manager(jupyter_client.AsyncKernelManager, MODULES)
-    monkeypatch.setattr(jupyter_client, "AsyncKernelManager", forking)
