@@ -68,7 +68,7 @@ if TYPE_CHECKING:  # or a type checker would take every name for one of these
     __version__: str
 else:
 
-    def __getattr__(name):
+    def __getattr__(name: str) -> object:
         """What takes time to load, when it is asked for."""
         if name in ("export", "plot", "report"):  # export and plot take time
             from importlib import import_module
@@ -84,5 +84,5 @@ else:
             return version("luenberger")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
-    def __dir__():
+    def __dir__() -> list[str]:
         return __all__

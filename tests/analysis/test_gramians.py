@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.analysis import necessary_conditions
+from luenberger.analysis import optimality
 
 
 def spread(values, angle=0.7):
@@ -17,7 +17,7 @@ def spread(values, angle=0.7):
 @pytest.mark.parametrize(("weak", "counts"), [(1.1e-7, True), (0.9e-7, False)])
 def test_a_weak_direction_is_left_open(weak, counts, size):
     M, turn = spread([size, weak * size])
-    found = necessary_conditions._settled(M)
+    found = optimality._settled(M)
     if counts:
         assert found is None  # all are strong: the formulas of the paper stand
     else:
@@ -26,7 +26,7 @@ def test_a_weak_direction_is_left_open(weak, counts, size):
 
 
 def test_a_gramian_of_nothing_leaves_all_open():
-    np.testing.assert_array_equal(necessary_conditions._settled(np.zeros((2, 2))), 0)
+    np.testing.assert_array_equal(optimality._settled(np.zeros((2, 2))), 0)
 
 
 @pytest.mark.parametrize("T", [1.0, 1e6])
@@ -38,7 +38,7 @@ def test_a_state_that_hardly_moves_is_silent(part, moves, T):
     observer = lb.Observer(
         [[0.0]], np.zeros((1, 0)), [[d]], [[1.0]], [[0.0]], T=[[T]], L=[[1.0]], dt=1.0
     )
-    _, (x, z, y) = necessary_conditions._moments(observer, plant, np.eye(1))
+    _, (x, z, y) = optimality._moments(observer, plant, np.eye(1))
     assert x == pytest.approx([1.0]) and y == pytest.approx([np.sqrt(2)])
     assert z == pytest.approx([part * T if moves else T], rel=1e-9, abs=0)
 

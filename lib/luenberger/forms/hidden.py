@@ -9,7 +9,7 @@ import numpy as np
 from ..numeric import Matrix, Vector
 from ..numeric.balance import power_of_two
 from ..numeric.linalg import eigenvalues
-from ..numeric.staircase_climb import climb
+from ..numeric.staircase_form import climb
 from .system import Change, System
 
 ROUNDING = 1e-12  # of a state's size: what it shows less of is rounding

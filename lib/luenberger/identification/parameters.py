@@ -14,7 +14,7 @@ from ..arguments import expect_as
 from ..errors import DesignError, few, short
 from ..numeric import Matrices, Matrix, Vector
 from ..plant import Plant
-from ..plant.checks import check_joint
+from ..plant.plant import check_joint
 from .forms import Form
 
 ENTRY = re.compile(r"([ABCE])\[(\d+),\s*(\d+)\]")

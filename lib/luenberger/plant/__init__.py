@@ -4,6 +4,6 @@ What a plant is enters here; what is made of one does not.  It uses `period` for
 discrete plant of a continuous one, and `formats` for files.
 """
 
-from .instant import Instant as Instant
+from .plant import Instant as Instant
 from .plant import Plant as Plant
 from .sampled import over_periods as over_periods

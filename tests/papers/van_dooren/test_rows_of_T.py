@@ -7,7 +7,7 @@ import pytest
 from pairs import characteristic, conjugates, hidden_chains, with_stairs
 
 import luenberger as lb
-from luenberger.numeric import staircase_climb, staircase_form
+from luenberger.numeric import staircase_form
 from luenberger.numeric.staircase_form import staircase
 from luenberger.papers.van_dooren import design as design
 from luenberger.papers.van_dooren import rows_of_T
@@ -201,14 +201,14 @@ def test_count_of_the_staircase_as_run(monkeypatch):
     """(23): (3 n + r) n^2 at most, 8/3 n^3 as done."""
     counted = []
 
-    def turn(X, V, S, small, original=staircase_climb._turn):
+    def turn(X, V, S, small, original=staircase_form._turn):
         if V is not None:
             rows, k = X.shape
             counted.append(2 * rows * k * V.shape[1] + rows * V.shape[1] ** 2)
         counted.append(X.shape[0] * len(small) ** 2)
         original(X, V, S, small)
 
-    monkeypatch.setattr(staircase_climb, "_turn", turn)
+    monkeypatch.setattr(staircase_form, "_turn", turn)
     n, p = 240, 4
     staircase(*hidden_chains(n, p)[:2])
     assert sum(counted) < figure("staircase", n=n, r=p)

@@ -15,9 +15,9 @@ from ...numeric.balance import power_of_two
 from ...numeric.even_pair import even_pair
 from ...numeric.independent_rows import default_tol, levels
 from ...numeric.linalg import RANK_TOL, eigenvalues
-from ...numeric.stable_polynomials import Answer, decide
 from ...plant import Plant
 from .companion_chain import Factors, factors_of
+from .stable_polynomials import Answer, decide
 
 SET_TOL = 1e-12  # k A^j at length one on N: below it a combination of them is zero
 FAR = 1e-11  # a leading coefficient this small beside the others is zero

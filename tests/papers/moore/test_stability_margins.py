@@ -5,8 +5,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from luenberger.numeric import stable_polynomials
-from luenberger.numeric.half_plane import is_stable, radius
+from luenberger.papers.moore import stable_polynomials
+from luenberger.papers.moore.stable_polynomials import is_stable, radius
 
 
 def ascending(*roots):

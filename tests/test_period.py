@@ -6,7 +6,7 @@ import pytest
 
 import luenberger as lb
 from luenberger import period
-from luenberger.numeric.exponentials import series, squared, squarings
+from luenberger.period import series, squared, squarings
 
 TIMES = np.array([0.5001, 0.625, 0.9, 1.0])
 

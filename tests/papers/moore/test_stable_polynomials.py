@@ -8,9 +8,16 @@ import pytest
 import scipy.linalg
 
 from luenberger.numeric import rationals
-from luenberger.numeric.half_plane import is_stable, radius, to_disc, to_half_plane
-from luenberger.numeric.polynomial_search import _mean, search
-from luenberger.numeric.stable_polynomials import decide, one_signed
+from luenberger.papers.moore.stable_polynomials import (
+    _mean,
+    decide,
+    is_stable,
+    one_signed,
+    radius,
+    search,
+    to_disc,
+    to_half_plane,
+)
 
 both_times = pytest.mark.parametrize("discrete", [False, True], ids=["s", "z"])
 
