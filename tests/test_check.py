@@ -69,6 +69,11 @@ def test_what_a_plant_means_is_said_in_its_units():
 def test_times_of_oscillations_and_of_growth_are_in_seconds():
     turning = lb.Plant([[-1, 2], [-2, -1]], None, [[1, 0]])
     assert f"falls in 1 s, period {np.pi:.3g} s" in said(turning)
+    swinging = dataclasses.replace(MOTOR, A=[[0.6, -0.6], [0.6, 0.6]])
+    falls, period = 0.1 / -np.log(0.6 * np.sqrt(2)), 0.1 * 8
+    assert f"falls in {falls:.3g} s, period {period:.3g} s" in said(swinging)
+    resting = dataclasses.replace(MOTOR, A=[[1 - 1e-13, 0], [0, 1 + 1e-13]])
+    assert not any("falls" in one or "grows" in one for one in said(resting))
     growing = dataclasses.replace(MOTOR, A=[[1.1, 0], [0, 1]])
     assert f"grows in {0.1 / np.log(1.1):.3g} s" in said(growing)
 

@@ -52,7 +52,14 @@ def test_what_was_fitted_is_counted(record):
     assert cells == [(f"{fit.plant.R[0, 0]:.4g}", f"{error:.2g}")]
 
 
-@pytest.mark.parametrize("wrong", [{"Q": np.diag([0, 10.0])}, {"R": [[9.0]]}])
+WRONG = [
+    {"Q": np.diag([0, 10.0])},
+    {"R": [[9.0]]},
+    {"Q": np.diag([0, 0.9]), "R": [[9.0]]},  # white, and of a third of the size
+]
+
+
+@pytest.mark.parametrize("wrong", WRONG)
 def test_wrong_noises_do_not(record, wrong):
     plant = dataclasses.replace(PLANT, **wrong)
     assert "does not agree" in agreement(judge(plant, record))

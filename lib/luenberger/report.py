@@ -39,11 +39,11 @@ SHOWN = 400  # samples of a figure, which could not be told apart if there were 
 Part = str | Prose | Table | Picture
 
 STYLE = """
-body { max-width: 64em; margin: 2em auto; padding: 0 1em; color: #1a1a1a;
+body { max-width: 54em; margin: 2em auto; padding: 0 1em; color: #1a1a1a;
        font: 16px/1.55 system-ui, "Segoe UI", "Helvetica Neue", Arial, sans-serif; }
 h1 { font-size: 1.7em; line-height: 1.2; margin: 0 0 .6em; overflow-wrap: anywhere; }
 h2 { font-size: 1.25em; margin: 2em 0 .4em; border-bottom: 1px solid #ccc; }
-p, ul { max-width: 46em; margin: .6em 0; overflow-wrap: anywhere; }
+p, ul { margin: .6em 0; overflow-wrap: anywhere; }
 .box { border: 2px solid #0072b2; border-radius: .4em; padding: .4em 1em; }
 .box p { margin: .4em 0; }
 .bad { border-color: #d55e00; }
@@ -245,7 +245,7 @@ def _box(
     fit: NoiseFit | None,
 ) -> Iterator[Part]:
     """What to take, how good it is, whether the record agrees, and what comes next."""
-    chosen, best, plant = table.chosen, table.yardstick, table.plant
+    chosen, best = table.chosen, table.yardstick
     told: list[str] = []
     holds = tests is None or (tests.white and tests.sized)
     if chosen is None:
@@ -277,16 +277,16 @@ def _box(
         )
     worse = list(_recommended(table, record))[1:]
     told += worse
+    note = ""
     if chosen is None:
         step = "luenberger fit plant.json DATA.csv --out fitted.json"
     elif not holds and fit is None:
         step = "luenberger fit plant.json data.csv --q diagonal --r diagonal "
         step += "--out fitted.json"
     elif not holds:  # no other noise helps
-        i, j = np.unravel_index(np.argmax(np.abs(plant.A)), plant.A.shape)
-        start = f"A[{i},{j}]={number(plant.A[i, j].real)}"
-        step = f"luenberger fit plant.json data.csv --parameter {start!r} "
-        step += "--out fitted.json, with the entries that are least sure"
+        step = "luenberger fit plant.json data.csv --parameter ENTRY=START "
+        step += "--out fitted.json"
+        note = ", an entry of A, B, C or E that is not sure and where to look for it"
     elif worse:
         step = "luenberger export plant.json --c firmware"
     else:
@@ -294,8 +294,8 @@ def _box(
     inner = "".join(f"<p>{html.escape(one)}</p>" for one in told)
     bad = "" if holds and not worse and chosen is not None else " bad"
     yield (
-        f'<div class="box{bad}">{inner}<p>Next: <code>{html.escape(step)}</code></p>'
-        "</div>"
+        f'<div class="box{bad}">{inner}<p>Next: <code>{html.escape(step)}</code>{note}.'
+        "</p></div>"
     )
 
 

@@ -132,6 +132,8 @@ REFUSED = {
     "NUL": (ROWS + b"3,4,\x005,6\n", r"line 4: .b. is .*x005., not a number"),
     "zeros of a device": (b"\0" * 4096, "lacks the columns"),
     "quote not closed": (ROWS + b'3,"4,5,6\n4,5,6,7\n' * 10, "line 4: a quotation m"),
+    "a line end in quotes": (HEADER + b'1,"2\n",3,4\n', "line 2: a quotation mark"),
+    "text behind a gap": (HEADER + b"1,2,NaN,4\n2,3,fast,4\n", "line 3: .b. is .fast."),
     "text after a quote": (ROWS + b'3,"4"4,5,6\n', "line 4: a quotation mark"),
     "header's quote not closed": (b'time,"range (m),b,u\n1,2,3,4\n', "line 1: a quot"),
     "long cell": (HEADER + b"1,2,%s,4\n" % (b"x" * 10**5), r"line 2: .b. is .x*\.{3},"),
