@@ -13,7 +13,7 @@ import pytest
 
 import luenberger as lb
 from luenberger.numeric.even_pair import even_pair
-from luenberger.papers.kawazoe import deadbeat
+from luenberger.papers import certified
 from luenberger.papers.moore import realised
 from luenberger.papers.moore.companion_chain import Chain
 
@@ -33,7 +33,21 @@ def judged(observer, plant):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a condition: the units are unlike
         d = even_pair(plant.A, plant.C, plant.dt).states
-        deadbeat._judge(observer, plant, "staircase", d)
+        built = (getattr(observer, X) for X in "FDTPV")
+        certified.state_observer(plant, built, d, "Add sensors.")
+
+
+@pytest.mark.parametrize(("cond", "warned"), [(0.99e10, False), (1.01e10, True)])
+def test_an_ill_conditioned_observer_is_warned_of(cond, warned):
+    """Two rows of length one at an angle t have the condition cot(t / 2)."""
+    plant, t = lb.Plant(np.diag([-1.0, -3.0]), None, [[7.0, 0]]), 2 / cond
+    T = 1e3 * np.array([[np.cos(t), np.sin(t)]])
+    whole = np.linalg.inv(np.vstack([T, plant.C]))
+    built = np.array([[-3.0]]), 2 * T[:, :1] / 7, T, whole[:, :1], whole[:, 1:]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        certified.state_observer(plant, built, np.ones(2), "Add sensors.")
+    assert len(caught) == warned
 
 
 @pytest.mark.parametrize("units", UNITS)

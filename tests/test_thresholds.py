@@ -4,7 +4,6 @@ Each with a case just inside and one just outside.
 """
 
 import importlib
-import warnings
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,7 +18,6 @@ from luenberger.compare.attempts import first_least
 from luenberger.numeric import covariances
 from luenberger.papers.moore import refusals
 from luenberger.papers.poles import arranged
-from luenberger.papers.van_dooren import design
 from luenberger.recursion import excitation
 from luenberger.recursion.settings import setting
 
@@ -59,31 +57,6 @@ def test_conjugates_may_differ_by_rounding(off, pair, size):
     else:
         with pytest.raises(lb.DesignError, match="needs its conjugate"):
             arranged(poles, 2, PLANT)
-
-
-@pytest.mark.parametrize(
-    ("cond", "lost", "then"),
-    [
-        (0.9e7, 0.9e-4, "nothing"),
-        (1.1e7, 0.9e-4, "a warning"),
-        (1.1e7, 1.1e-4, "a refusal"),
-    ],
-)
-def test_an_ill_conditioned_observer_is_warned_of_and_a_lost_one_refused(
-    monkeypatch, cond, lost, then
-):
-    """`lost` is |P T + V C - I|."""
-    monkeypatch.setattr(design, "_hopeless", lambda *_: "hopeless")
-    S, lost = np.diag([1.0, 1 / cond]), np.array([[lost]])
-    back = np.linalg.inv(S)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        if then == "a refusal":
-            with pytest.raises(lb.DesignError, match="hopeless"):
-                design._judge(S, back, lost, None)
-        else:
-            design._judge(S, back, lost, None)
-    assert len(caught) == (then == "a warning")
 
 
 def designs(*errors):

@@ -78,11 +78,10 @@ def test_the_recursion_is_that_of_the_page(indices):
     of = form.Pattern(indices)
     wanted = deadbeat.observer(of)
     sizes = [len(own) for own in deadbeat.levels(indices)]
+    one = lambda k: objects(sp.eye(k))  # noqa: E731
     inverses = [objects(X) for X in deadbeat.units(of)]
-    found = design.rows_of_T(
-        objects(wanted[deadbeat.A_U]), sizes, inverses, lambda k: objects(sp.eye(k))
-    )
-    for X, letter in zip(found, (deadbeat.T_U, deadbeat.F, deadbeat.D)):
+    found = design.rows_of_T(objects(wanted[deadbeat.A_U]), sizes, inverses, one)
+    for X, letter in zip(found, (deadbeat.F, deadbeat.D, deadbeat.T_U)):
         assert same(X, wanted[letter])
 
 
@@ -91,13 +90,13 @@ def test_the_recursion_is_proved_for_any_stairs(sizes):
     """Symbols for every entry of a staircase, and for left inverses of its stairs."""
     at = np.cumsum([0, *sizes])
     A, last = objects(form.named("a", at[-1], at[-1])), len(sizes) - 1
-    inverses = []
     for c in range(last):
         me, below = slice(at[c], at[c + 1]), slice(at[c + 1], at[c + 2])
         A[at[c + 2] :, me] = 0
         A[below, me] = np.eye(sizes[c + 1], sizes[c], dtype=int)  # a stair of ones
-        inverses.append(np.eye(sizes[c], sizes[c + 1], dtype=int))
-    T, F, D = design.rows_of_T(A, sizes, inverses, lambda k: np.eye(k, dtype=int))
+    one = lambda k: np.eye(k, dtype=int)  # noqa: E731
+    inverses = [np.eye(*pair, dtype=int) for pair in zip(sizes, sizes[1:])]
+    F, D, T = design.rows_of_T(A, sizes, inverses, one)
     C = np.hstack([np.zeros((sizes[-1], at[-2]), int), np.eye(sizes[-1], dtype=int)])
     assert same(T @ A - F @ T - D @ C, sp.zeros(*T.shape))
     assert same(np.linalg.matrix_power(F, last), sp.zeros(*F.shape))

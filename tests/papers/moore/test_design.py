@@ -10,10 +10,9 @@ from pairs import with_stairs
 
 import luenberger as lb
 from luenberger.papers.moore import companion_chain
-from luenberger.papers.moore.admissible import Admissible
 from luenberger.papers.moore.driven import driven
 from luenberger.papers.moore.orthonormal import orthonormal
-from luenberger.papers.moore.recurrences import recurrences
+from luenberger.papers.moore.recurrences import Admissible, recurrences
 
 half = Fraction(1, 2)
 

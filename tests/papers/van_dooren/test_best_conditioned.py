@@ -12,8 +12,14 @@ import luenberger as lb
 from luenberger.numeric.staircase_form import find_in_even_units
 from luenberger.papers.poles import arranged
 from luenberger.papers.van_dooren import best_conditioned as best
-from luenberger.papers.van_dooren.free_entries import entries, slopes, solved
-from luenberger.papers.van_dooren.rows_of_T import firm, minimum_norm, solve_rows
+from luenberger.papers.van_dooren.rows_of_T import (
+    Order,
+    firm,
+    minimum_norm,
+    slopes,
+    solve_rows,
+    with_entries,
+)
 
 
 def shaft(stiffness=7719.0, sensors=(0, 3)):
@@ -65,7 +71,7 @@ def test_a_common_pair_of_poles_has_an_observer_that_keeps_its_digits():
 
 def test_the_rows_of_the_paper_are_warned_of_and_a_comparison_has_ours():
     plant = shaft()
-    with pytest.warns(RuntimeWarning, match=r"cond.*order of the poles"):
+    with pytest.warns(RuntimeWarning, match=r"cond.*in another order"):
         lb.reduced_order_observer(plant, POLES, method="minimum-norm")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -182,17 +188,19 @@ def test_slopes_by_differences(kind):
         "complex": 0.3 * (rng.random(5) + 1j * rng.random(5)),
     }[kind]
     _, form = find_in_even_units(plant.A, plant.C, plant.dt)
-    form, order = firm(form), arranged(poles, 5, plant)
+    form, order = firm(form), Order(*arranged(poles, 5, plant))
     weights = np.exp2(rng.integers(-2, 3, 7))
-    free = [y for _, y in entries(solve_rows(form, *order, minimum_norm), order[1])]
+    plain = solve_rows(form, order, minimum_norm)
+    free = [plain.free(step) for step in plain.steps]
     free = [y + 0.1 * rng.standard_normal(y.shape) for y in free]
 
     def J(free):
-        return np.log(best.slant(form, solved(form, *order, free)[0], weights)[0])
+        rows = solve_rows(form, order, with_entries(free))
+        return np.log(best.slant(rows, weights)[0])
 
-    rows, steps = solved(form, *order, free)
-    value, slope = best.slant(form, rows, weights)
-    found = slopes(rows, steps, slope)
+    rows = solve_rows(form, order, with_entries(free))
+    value, slope = best.slant(rows, weights)
+    found = slopes(rows, slope)
     assert any(np.abs(one).max() > 1e-2 * value for one in found)
     for k, y in enumerate(free):
         for j in range(len(y)):
@@ -212,9 +220,10 @@ def test_the_rows_of_least_norm_come_back_from_their_free_entries(kind):
     poles = {"real": 0.5 * rng.random(6), "pairs": conjugates(6, rng)}[kind]
     plant = lb.Plant(A, None, C, dt=1.0)
     _, form = find_in_even_units(plant.A, plant.C, plant.dt)
-    form, order = firm(form), arranged(poles, 6, plant)
-    rows = solve_rows(form, *order, minimum_norm)
-    again, _ = solved(form, *order, [y for _, y in entries(rows, order[1])])
+    form, order = firm(form), Order(*arranged(poles, 6, plant))
+    rows = solve_rows(form, order, minimum_norm)
+    free = [rows.free(step) for step in rows.steps]
+    again = solve_rows(form, order, with_entries(free))
     for X in "TFD":
         wanted = getattr(rows, X)
         np.testing.assert_allclose(getattr(again, X), wanted, atol=1e-12)

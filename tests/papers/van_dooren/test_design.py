@@ -182,7 +182,7 @@ def test_a_pair_near_an_unobservable_one_warns_with_the_number_then_is_refused()
 
     assert designed(1.0).cond < 40
     with pytest.warns(
-        RuntimeWarning, match=r"cond\(\[T; C\]\) = 4\.5e\+19, and 1\.6e\+10.* 10 digits"
+        RuntimeWarning, match=r"cond\(\[T; C\]\) = 1\.6e\+10.* 10 digits"
     ):
         assert designed(1e-9).worst < 1e-15
     with pytest.raises(lb.DesignError, match="unobservable one"):

@@ -4,13 +4,16 @@ import numpy as np
 import pytest
 import sympy as sp
 from on_the_page import broken_relations
-from pairs import hidden_chains, with_stairs
+from pairs import with_stairs
 
 import luenberger as lb
-from luenberger.numeric.staircase_form import Staircase, staircase
-from luenberger.papers.van_dooren import design, rows_of_T
+from luenberger.numeric.staircase_form import Staircase
+from luenberger.papers.certified import state_observer
+from luenberger.papers.van_dooren import design
 from luenberger.papers.van_dooren.derivation import counts, pairs, theorem
 from luenberger.papers.van_dooren.derivation.rows import Pattern
+from luenberger.papers.van_dooren.rows_of_T import Order, minimum_norm, solve_rows
+from tests.papers.van_dooren.test_rows_of_T import a_pair_after
 
 METHODS = ("minimum-norm", "back-substitution")
 
@@ -34,9 +37,10 @@ def test_a_design_is_what_the_theorem_says(redundant, complex_, units):
     plant = lb.Plant(A / d[:, None] * d, rng.standard_normal((5, 3)), more @ C * d)
     poles = np.array([-1, -2, -3], complex)
     pair, form = design._stairs(plant, "minimum-norm", units, 3.0)
-    none = np.zeros(3, bool)
-    rows = design.solve_rows(form, poles / pair.rate, none, rows_of_T.minimum_norm)
-    o = design._in_users_coordinates(plant, pair, form, rows)
+    order = Order(poles / pair.rate, np.zeros(3, bool))
+    rows = solve_rows(form, order, minimum_norm)
+    built = design._in_users_coordinates(pair, form, rows)
+    o = state_observer(plant, built, pair.natural, "")
     assert (pair.states == 1).all() == (units == "given")
     stacked = np.vstack([rows.T, form.C[:2]])
     X = np.linalg.inv(stacked)
@@ -116,8 +120,8 @@ def test_a_row_solves_the_system_of_the_page(stairs, complex_, method):
     p = Pattern(stairs)
     form, found = at_numbers(p, 5, complex_)
     poles = -np.arange(1.0, p.n - p.r + 1) * (np.exp(0.3j) if complex_ else 1)
-    none = np.zeros(len(poles), bool)
-    rows = design.solve_rows(form, poles.astype(complex), none, design.METHODS[method])
+    order = Order(poles.astype(complex), np.zeros(len(poles), bool))
+    rows = solve_rows(form, order, design.METHODS[method])
     for i, f in enumerate(poles):
         M, a_f = p.M(i, f)
         M, a_f = (array(X, found | with_T(X, rows)) for X in (M, a_f))
@@ -139,10 +143,7 @@ def test_a_pair_solves_the_system_of_the_page(stairs, method):
     a, b = pairs.PART
     found |= {a: -0.7, b: 1.3}
     for i in range(p.n - p.r - 1):
-        rows = rows_of_T.Rows(form, design.METHODS[method])
-        for k in range(i):
-            rows.add(k, -1.0 - k)
-        rows.add_pair(i, -0.7 + 1.3j)
+        rows = a_pair_after(i, form, -0.7 + 1.3j, design.METHODS[method])
         system = pairs.system_of_a_pair(p, i)
         f, t, d = rows.F[i : i + 2, :i], rows.T[i : i + 2, i + 1 :], rows.D[i : i + 2]
         values = found | with_T(system[pairs.M_b], rows)
@@ -191,7 +192,7 @@ def test_counts_of_the_gains_as_run(monkeypatch):
     plant = lb.Plant(A, rng.normal(size=(n, m)), C)
     pair, form = design._stairs(plant, "minimum-norm", "given", 1.0)
     none = np.zeros(n - r, bool)
-    rows = design.solve_rows(form, none - 1.0, none, rows_of_T.minimum_norm)
+    rows = solve_rows(form, Order(none - 1.0, none), minimum_norm)
     rows.T, Watched.products, solved = rows.T.view(Watched), [], []
     original = design.get_lapack_funcs
 
@@ -206,7 +207,8 @@ def test_counts_of_the_gains_as_run(monkeypatch):
         return (solve,)
 
     monkeypatch.setattr(design, "get_lapack_funcs", watched)
-    design._in_users_coordinates(plant, pair, form, rows)
+    built = design._in_users_coordinates(pair, form, rows)
+    state_observer(plant, built, pair.natural, "")
     of_G = [p for p in Watched.products if p[0] == (n - r, n) and len(p[1]) == 2]
     square, gain = ((n - r, n), (n, n)), ((n - r, n), (n, m))
     assert of_G == [square, square, gain]  # the second is T A, of the residuals
@@ -215,22 +217,3 @@ def test_counts_of_the_gains_as_run(monkeypatch):
     assert solved == [((n, n), (n, n))]
     triangles = sum(range(1, n + 1)) * n  # one for each right-hand side
     assert triangles == statement("the gains of the estimate", n=n, m=m, r=r)
-
-
-def test_count_of_pairs_as_run():
-    """(34), remark 2(a): in real operations twice the rows of (22), half of (34)."""
-    n, r = 120, 2
-    A, C, _ = hidden_chains(n, r)
-    form = staircase(A, C)
-    found = []
-    for poles in (np.full(n - r, -1.0 + 0j), np.tile([-1 + 1j, -1 - 1j], (n - r) // 2)):
-        rows = design.solve_rows(form, poles, poles.imag > 0, rows_of_T.minimum_norm)
-        found.append(rows.multiply_adds)
-    real, paired = found[0], 4 * found[1]  # a complex one is four real ones
-    sizes = {counts.n: n, counts.r: r}
-    all_rows, by_pairs, doubled = (
-        float(counts.COUNTS[name].subs(sizes))
-        for name in ("all rows", "pairs, complex rows", "pairs, doubled real systems")
-    )
-    assert paired / real == pytest.approx(by_pairs / all_rows, rel=0.02)
-    assert paired / real == pytest.approx(doubled / all_rows / 2, rel=0.02)

@@ -12,6 +12,7 @@ from luenberger.numeric.staircase_form import staircase
 from luenberger.papers.van_dooren import design as design
 from luenberger.papers.van_dooren import rows_of_T
 from luenberger.papers.van_dooren.derivation import counts, errata
+from luenberger.papers.van_dooren.rows_of_T import Order, minimum_norm, solve_rows
 from matrixproof.derivation import vanishes
 
 METHODS = ("minimum-norm", "back-substitution")
@@ -25,7 +26,7 @@ def figure(name, **sizes):
 
 
 def rows_of(form, poles, pairs, method):
-    return design.solve_rows(form, poles, pairs, design.METHODS[method])
+    return solve_rows(form, Order(poles, pairs), design.METHODS[method])
 
 
 @pytest.mark.parametrize("complex_", [False, True])
@@ -60,6 +61,15 @@ def doubled(form, T, i, a, b):
     return printed, -(K[2 * i + 1] + K[2 * i + 2]), repaired, -K[2 * i + 1]
 
 
+def a_pair_after(i, form, f, solve):
+    """The pair f and its conjugate in rows i and i + 1, real poles above them."""
+    rows = rows_of_T.Rows(form)
+    for k in range(i):
+        rows.add(k, -1.0 - k, solve(rows, k, -1.0 - k, False))
+    rows.add(i, f, solve(rows, i, f, True), True)
+    return rows
+
+
 @pytest.mark.parametrize(
     "sizes", [(1, 1, 1, 1), (1, 1, 2), (1, 2, 2), (2, 2, 2), (2, 3, 3), (1, 1, 1, 3, 3)]
 )
@@ -70,13 +80,7 @@ def test_pair_solves_the_paper_s_system_where_that_has_a_solution(sizes):
     n, r = sum(sizes), sizes[-1]
     a, b = -0.7, 1.3
     for i in range(n - r - 1):
-        poles = np.concatenate([-np.arange(1.0, i + 1), [a + 1j * b, a - 1j * b]])
-        pairs = np.arange(i + 2) == i
-        rows = rows_of_T.Rows(form, rows_of_T.minimum_norm)
-        for k in range(i):
-            rows.add(k, poles[k].real)
-        rows.add_pair(i, complex(poles[i]))
-        assert pairs[i]
+        rows = a_pair_after(i, form, a + 1j * b, minimum_norm)
         printed, right, repaired, right_repaired = doubled(form, rows.T, i, a, b)
         wide = form.leads[i] > i + 1
         assert np.linalg.matrix_rank(printed) == 2 * n - (not wide)
@@ -121,13 +125,13 @@ def test_a_pair_whose_second_row_meets_no_new_state_is_refused(tau):
     A, C, _ = hidden_chains(4, 1)
     form = staircase_form.staircase(A, C)
 
-    def solve(rows, i, f, pair):
-        x, known = rows_of_T.minimum_norm(rows, i, f, pair=pair)
-        x[i - rows.start(i)] = complex(1, tau)
-        return x, known
+    def solve(rows, *row):
+        x = minimum_norm(rows, *row)
+        x[0] = complex(1, tau)
+        return x
 
     with pytest.raises(lb.DesignError, match="the pair -1 .- 2j cannot be given to"):
-        rows_of_T.Rows(form, solve).add_pair(0, -1 + 2j)
+        a_pair_after(0, form, -1 + 2j, solve)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -173,28 +177,48 @@ def test_count_of_one_factorisation():
     assert count == pytest.approx(figure("one M_i", n=n, r=r), rel=0.02)
 
 
+@pytest.fixture
+def counted(monkeypatch):
+    """Multiply-adds of the factorisations from here on, by the sizes of panels."""
+    found = []
+
+    def sweep(rows, *row, original=rows_of_T._sweep):
+        w, factors = original(rows, *row)
+        left = sum(map(len, w))
+        for part, Q in zip(w, factors):
+            left -= len(part)
+            found.append(len(Q) ** 2 * left + len(Q) * len(part) ** 2)
+        return w, factors
+
+    monkeypatch.setattr(rows_of_T, "_sweep", sweep)
+    return found
+
+
 @pytest.mark.parametrize("n, p", [(200, 4), (400, 20)])
-def test_count_of_minimum_norm_as_run(n, p):
+def test_count_of_minimum_norm_as_run(n, p, counted):
     """Panels of k columns cost (k + r - 1)^2 / k in place of 2 r per column."""
-    A, C, _ = hidden_chains(n, p)
-    form = staircase(A, C)
-    rows = rows_of(
-        form, np.zeros(n - p, complex), np.zeros(n - p, bool), "minimum-norm"
-    )
+    form = staircase(*hidden_chains(n, p)[:2])
+    rows_of(form, np.zeros(n - p, complex), np.zeros(n - p, bool), "minimum-norm")
     k = max(rows_of_T.PANEL, p)
-    wanted = 0
-    for i in range(n - p):
-        left = n - rows.start(i)  # columns
-        panels = [min(k, left - at) for at in range(0, left, k)]
-        for at, width in zip(range(0, left, k), panels):
-            wanted += (width + p - 1) ** 2 * (left - at - width)  # Q' X
-            wanted += (width + p - 1) * width**2  # the panel itself
-    assert rows.multiply_adds == wanted
-    assert wanted < (1 + p / k) ** 2 * k / 2 * n**3 / 3 * 1.3
-    cheap = rows_of(
-        form, np.zeros(n - p, complex), np.zeros(n - p, bool), "back-substitution"
+    assert len(counted) >= (n - p) * n / (2 * k)
+    assert sum(counted) < (1 + p / k) ** 2 * k / 2 * n**3 / 3 * 1.3
+
+
+def test_count_of_pairs_as_run(counted):
+    """(34), remark 2(a): in real operations twice the rows of (22), half of (34)."""
+    n, r = 120, 2
+    form, found = staircase(*hidden_chains(n, r)[:2]), []
+    for poles in (np.full(n - r, -1.0 + 0j), np.tile([-1 + 1j, -1 - 1j], (n - r) // 2)):
+        counted.clear()
+        rows_of(form, poles, poles.imag > 0, "minimum-norm")
+        found.append(sum(counted))
+    real, paired = found[0], 4 * found[1]  # a complex one is four real ones
+    all_rows, by_pairs, doubled = (
+        figure(name, n=n, r=r)
+        for name in ("all rows", "pairs, complex rows", "pairs, doubled real systems")
     )
-    assert cheap.multiply_adds < n**3 / 6 + p * n**2
+    assert paired / real == pytest.approx(by_pairs / all_rows, rel=0.02)
+    assert paired / real == pytest.approx(doubled / all_rows / 2, rel=0.02)
 
 
 def test_count_of_the_staircase_as_run(monkeypatch):

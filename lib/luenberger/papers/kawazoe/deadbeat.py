@@ -7,8 +7,7 @@ one stair at a time, so that F^(p_M - 1) = 0 and not only F^(n - p) = 0.
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NoReturn
 
 import numpy as np
@@ -16,7 +15,6 @@ import scipy.linalg
 
 from ... import kernels
 from ...arguments import expect
-from ...certificate import residuals
 from ...errors import DesignError
 from ...numeric import Matrix, Vector, rationals
 from ...numeric.combinations import combinations
@@ -26,18 +24,15 @@ from ...numeric.linalg import modes
 from ...observer import Observer
 from ...plant import Plant
 from ...plant.estimates import Combinations, by_name
-from ..certified import (
-    CONDITION_WARNING,
-    LOST_TOL,
-    certified,
-    of_what_is_needed,
-    state_observer,
-)
+from ..certified import certified, of_what_is_needed, state_observer
 from .derivation import measured_gain, next_entries
 from .form import find_form, require_discrete, solve_left
 
-Built = tuple[Matrix, ...]  # F, D, T, P, V
 NOT_ZERO = 1e-6  # a hidden mode this large is named, whatever rounding does to it
+ADVICE = {
+    "staircase": "Add sensors, or ask for poles closer to those of the plant.",
+    "canonical": "Use method='staircase', whose coordinates lose less.",
+}
 EXACT_ORDER = 20  # beyond, fractions of thousands of digits take minutes
 
 
@@ -98,7 +93,7 @@ def deadbeat_observer(
     """
     expect(plant=plant)
     require_discrete(plant)
-    if method not in ("staircase", "canonical"):
+    if method not in ADVICE:
         raise ValueError(f"method must be 'staircase' or 'canonical', got {method!r}")
     even, found = in_even_units(plant.A, plant.C, plant.dt, default_tol(plant.n))
     L, called = by_name(L, plant)
@@ -106,52 +101,8 @@ def deadbeat_observer(
         L = combinations("L", L, plant.n, field=complex)
     with of_what_is_needed(plant, L, NOT_ZERO):
         built = _staircase(even, found) if method == "staircase" else _canonical(plant)
-    F, D, T, P, V = built
-    observer = state_observer(plant, F + 0.0, D, T, P, V)  # no -0
-    _judge(observer, plant, method, even.natural)
+    observer = state_observer(plant, built, even.natural, ADVICE[method])
     return certified(observer, plant, L=L, called=called)
-
-
-def _judge(observer: Observer, plant: Plant, method: str, d: Vector) -> None:
-    """Refuse what has no digits left, warn of what has few.
-
-    A residual can be small beside T and P and not beside x: both that of
-    P T + V C = I and, through P, that of T A - F T = D C are measured in even units
-    `d` of the states, as the error they put into the estimate.
-    """
-    o = observer
-    dynamics, _, output, _ = residuals(
-        plant.A, plant.B, plant.C, plant.E, o.L, o.F, o.G, o.D, o.P, o.V, o.W, o.T, o.T
-    )
-    lost = [np.linalg.norm(X / d[:, None] * d) for X in (output, o.P @ dynamics)]
-    cond = _condition(np.vstack([o.T, plant.C]) * d)
-    if not max(lost) <= LOST_TOL:
-        advice = (
-            "Add sensors, or take an observer with poles closer to those of the plant."
-            if method == "staircase"
-            else "Use method='staircase', whose coordinates lose less."
-        )
-        raise DesignError(
-            f"cond([T; C]) = {cond:.1e}: the plant is so close to one that cannot be "
-            "told from p_M samples that the estimate would have no correct digit. "
-            f"{advice}"
-        )
-    if cond > CONDITION_WARNING:
-        warnings.warn(
-            f"cond([T; C]) = {cond:.1e}, states in even units and rows at unit length: "
-            f"the deadbeat estimate loses up to {min(np.log10(cond), 16):.0f} digits, "
-            "and amplifies noise as much.",
-            RuntimeWarning,
-            stacklevel=3,
-        )
-
-
-def _condition(M: Matrix) -> float:
-    size = np.linalg.norm(M, axis=1, keepdims=True)
-    if not np.isfinite(size).all():
-        return np.inf
-    M = (M / np.where(size > 0, size, 1))[size[:, 0] > 0]  # no sensor: no row
-    return float(np.linalg.cond(M)) if M.size else 1.0
 
 
 def rows_of_T(
@@ -161,12 +112,12 @@ def rows_of_T(
     one: Callable[[int], Matrix],
     first: Matrix | None = None,
 ) -> tuple[Matrix, Matrix, Matrix]:
-    """T of (13), F, and D in the coordinates of the last block, from the stairs of A.
+    """F, D, T of (13) in the coordinates of the last block, from the stairs of A.
 
     Row block i of T A - F T = [0 .. 0 D] is solved column by column: columns up to
     i - 1 give F, which is the subdiagonal of A; column c < last gives T[i, c + 1]
-    through a left inverse of A[c + 1, c]; the last column gives D.  `first` is the
-    diagonal block of coordinates that no output sees; F keeps it.
+    through a left inverse of A[c + 1, c], `inverses[c]`; the last column gives D.
+    `first` is the diagonal block of coordinates that no output sees; F keeps it.
     """
     entries, gain = kernels.compiled(next_entries), kernels.compiled(measured_gain)
     at = np.cumsum([0, *sizes])
@@ -188,99 +139,73 @@ def rows_of_T(
             T[me, block[c + 1]] = found["T_n"]
         row = dict(T_i=T[me, known], A_m=A[known, order:])
         D[me] = gain(A_i=stair, T_h_m=T[above, order:], **row)["D_i"]
-    return T, F, D
+    return F, D, T
 
 
-def _staircase(even: Pair, found: list[Matrix]) -> Built:
-    """Orthogonal coordinates: hidden part on top, then the levels, C last."""
+def _staircase(even: Pair, found: list[Matrix]) -> Iterable[Matrix]:
+    """F, D, T, P, V by orthogonal coordinates: hidden ones, then the levels, C last."""
     A, C, d, size, *_ = even
     n = len(A)
     hidden, zero, values = split_hidden(found, A, default_tol(n))
     if zero < len(hidden):
         _refuse(values)
-    first = np.triu(hidden @ A @ hidden.conj().T, 1) if zero else None
     blocks = [block for block in (hidden, *found[::-1]) if len(block)]
     if not found:
         blocks.append(hidden[:0])  # no output sees anything
-    sizes = [len(block) for block in blocks]
-    U = np.vstack(blocks)
-    stairs, inverses = _stairs(U @ A @ U.conj().T, sizes, len(hidden))
-    T, F, D = rows_of_T(stairs, sizes, inverses, np.eye, first)
+    sizes, U = [len(block) for block in blocks], np.vstack(blocks)
+    A, at = U @ A @ U.conj().T, np.cumsum(sizes)
+    for end, below in zip(at, at[1:]):
+        A[below:, :end] = 0  # below the stairs
+    A[zero:, :zero] = 0  # no output sees it
+    stairs = zip([0, *at], at, at[1:])
+    inverses = [np.linalg.pinv(A[b:c, a:b]) for a, b, c in stairs]
+    first = np.triu(A[:zero, :zero], 1) if zero else None
+    F, D, T = rows_of_T(A, sizes, inverses, np.eye, first)
     to_y = np.linalg.pinv(C @ blocks[-1].conj().T) / size
     to_y[:, ~C.any(axis=1)] = 0  # an output that shows nothing has no part in it
-    X = _complete(T, np.eye(n)[len(T) :])
+    full, one = np.vstack([T, np.eye(n)[len(T) :]]), np.eye(n)
+    # solved from the left: the certificate is about P T + V C, not [T; C] [P V]
+    X = scipy.linalg.solve_triangular(full, one, trans=1, unit_diagonal=True).T
     X = d[:, None] * (U.conj().T @ X)
     return F, D @ to_y, T @ U / d, X[:, : len(T)], X[:, len(T) :] @ to_y
 
 
-def _stairs(
-    A: Matrix, sizes: Sequence[int], hidden: int
-) -> tuple[Matrix, list[Matrix]]:
-    """Set what is below the stairs to zero, and invert the subdiagonal blocks."""
-    at = np.cumsum([0, *sizes])
-    inverses = []
-    for c in range(len(sizes) - 1):
-        me = slice(at[c], at[c + 1])
-        A[at[c + 2] :, me] = 0
-        if c == 0 and hidden:
-            A[at[1] :, me] = 0  # no output sees it
-        inverses.append(np.linalg.pinv(A[at[c + 1] : at[c + 2], me]))
-    return A, inverses
-
-
-def _complete(T: Matrix, last: Matrix) -> Matrix:
-    """X with X [T; last] = I, for T with unit upper triangular left part."""
-    full = np.vstack([T, last])
-    one = np.eye(len(full))
-    # solved from the left: the certificate is about P T + V C, not [T; C] [P V]
-    return scipy.linalg.solve_triangular(full, one, trans=1, unit_diagonal=True).T
-
-
 def _refuse(values: Vector) -> NoReturn:
-    which, decaying = modes(values), np.abs(values).max() < 1
-    mode, do, are, it, decays = "mode", "does", "is", "it", "It decays by itself"
-    if "," in which:
-        mode, do, are, it, decays = "modes", "do", "are", "them", "They decay"
+    decays = np.abs(values).max() < 1
     advice = (
-        f"{decays}: an observer with other poles, such as kalman_filter, can estimate "
-        f"{it} asymptotically."
-        if decaying
-        else f"Add a sensor that sees {it}."
+        "An observer with other poles, such as kalman_filter, can estimate what decays "
+        "by itself asymptotically."
+        if decays
+        else "Add a sensor that sees them."
     )
     raise DesignError(
-        f"no deadbeat observer: the plant {mode} {which} {do} not reach the outputs "
-        f"and {are} not zero, so no observer can forget a wrong start of {it} in "
+        f"no deadbeat observer: the plant mode(s) {modes(values)} do not reach the "
+        "outputs and are not zero, so no observer can forget a wrong start of them in "
         f"finite time. {advice}"
     )
 
 
-def _canonical(plant: Plant) -> Built:
-    """Kawazoe's coordinates sorted by level: a staircase whose stairs hold units."""
+def _canonical(plant: Plant) -> Iterable[Matrix]:
+    """The same by Kawazoe's coordinates, sorted by level: stairs of units."""
     exactly = plant.exact is not None and plant.n <= EXACT_ORDER
     form, outputs = find_form(plant, "interleaved", None, exactly)
-    one, zero = rationals.makers(form.exact)
+    one, _ = rationals.makers(form.exact)
     start = np.cumsum([0, *form.indices[:-1]])
-    has = [
-        [i for i, size in enumerate(form.indices) if size > k]
+    levels = [
+        [first + k for first, size in zip(start, form.indices) if size > k]
         for k in reversed(range(form.samples))
     ]
-    order = [start[i] + form.samples - 1 - k for k, own in enumerate(has) for i in own]
-    inverses = []
-    for above, below in zip(has, has[1:]):  # row i of the stair is output i's unit
-        inverse = zero(len(above), len(below))
-        for k, i in enumerate(above):
-            inverse[k, below.index(i)] += 1
-        inverses.append(inverse)
-    M = form.P[order]
-    stairs = form.Phi[np.ix_(order, order)]
-    T, F, D = rows_of_T(stairs, [len(own) for own in has], inverses, one)
-    n, r = plant.n, len(T)
+    order = sum(levels, [])
+    M, stairs = form.P[order], form.Phi[np.ix_(order, order)]
+    n, sizes = plant.n, [len(own) for own in levels]
+    picks = [  # of a stair the ones, which take each row to the next
+        one(n)[np.ix_([k - 1 for k in above], own)]
+        for above, own in zip(levels, levels[1:])
+    ]
+    F, D, T = rows_of_T(stairs, sizes, picks, one)
+    r = len(T)
     T = T @ M
     X = solve_left(one(n), np.vstack([T, M[r:]]))
-    F, D, T, X = (_rounded(Y) for Y in (F, D, T, X))
+    F, D, T, X = (Y.astype(float) if form.exact else Y for Y in (F, D, T, X))
     to_y = np.eye(plant.p)[outputs]  # zeros for outputs that add nothing
     return F, D @ to_y, T, X[:, :r], X[:, r:] @ to_y
-
-
-def _rounded(X: Matrix) -> Matrix:
-    return X.astype(float) if X.dtype == object else X

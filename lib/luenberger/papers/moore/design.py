@@ -18,11 +18,10 @@ from ...plant.estimates import Combinations, by_name
 from ..certified import certified
 from ..poles import arranged
 from . import refusals
-from .admissible import Polynomials, polynomials
 from .companion_chain import Chain, chain, factors_of
 from .derivation import observer_input
 from .realised import LOST_TOL, built
-from .recurrences import functionals
+from .recurrences import OverRationals, Polynomials, functionals, polynomials
 
 PATIENCE = 3  # orders that rounding spoils before others are left out
 
@@ -148,7 +147,7 @@ def _next_order(r: int, lost: int, admissible: Polynomials) -> int:
     It hardly stops doing so, but where any poles are possible: there the roots may
     coincide.
     """
-    if lost <= PATIENCE:
+    if lost <= PATIENCE or isinstance(admissible, OverRationals):
         return r + 1
     return max(len(admissible.found), r + 2 ** (lost - PATIENCE - 1))
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...numeric import Matrix, Vector
-from .admissible import OverRationals, Polynomials
 from .companion_chain import Chain, Factors, chain, in_order
 from .driven import driven
 from .orthonormal import orthonormal
+from .recurrences import OverRationals, Polynomials
 
 ACCURATE = 1e-12  # an error of the estimate, relative to k, that needs no better
 LOST_TOL = 1e-6  # an error above it is not rounding

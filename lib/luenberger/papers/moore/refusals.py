@@ -4,9 +4,10 @@ import numpy as np
 
 from ...errors import DesignError
 from ...numeric import Vector
+from ...numeric.detectability import hidden_modes
 from ...numeric.linalg import decaying, modes
 from ...plant import Plant
-from .admissible import OverRationals, Polynomials
+from .recurrences import OverRationals, Polynomials
 
 SHOWN = 3  # recurrence rows in a message
 VIOLATED = 1e-10  # a recurrence row this small beside its terms is met
@@ -124,7 +125,7 @@ def _hidden(admissible: Polynomials) -> str:
 
     Where rounding has moved them all to the stable side, the slowest.
     """
-    values = admissible.hidden
+    values = np.array(hidden_modes(admissible.plant.A, admissible.plant.C))
     if not len(values):
         return (
             "No stable observer of any order was found, though every mode reaches the "

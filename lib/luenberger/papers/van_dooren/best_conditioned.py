@@ -16,7 +16,6 @@ Source: papers/van_dooren/derivation/choices.py; the search is our own.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 import numpy as np
 import scipy  # its parts load when first used
@@ -24,8 +23,7 @@ import scipy  # its parts load when first used
 from ...errors import DesignError
 from ...numeric import Matrix, Vector
 from ...numeric.staircase_form import Staircase
-from .free_entries import entries, slopes, solved
-from .rows_of_T import Rows, firm, minimum_norm, solve_rows
+from .rows_of_T import Order, Rows, firm, minimum_norm, slopes, solve_rows, with_entries
 
 WELL = 1e3  # condition up to which the rows of least norm are kept
 MUCH = 4.0  # times less J must be for another order, or for other rows
@@ -34,13 +32,6 @@ FEW_PAIRS = 4  # whose mirror images are tried one by one too
 EVALUATIONS, FEWEST, MOST = 2000, 20, 60  # of J: the first over n, within the others
 FLAT = 1e-4  # relative decrease of log J in an iteration that ends the search
 FAR = 1e3  # in place of log J where there is none
-
-
-class Order(NamedTuple):
-    """The poles in one order, and where a conjugate pair begins."""
-
-    poles: Vector
-    pairs: Vector
 
 
 def best_conditioned(
@@ -66,7 +57,7 @@ def best_conditioned(
     rows : Rows
     """
     n, r = len(form.A), form.rank
-    before, _ = slant(form, found, weights)
+    before, _ = slant(found, weights)
     if r in (1, n) or n > SEARCH_UP_TO or n * before < WELL**2:
         return form, found
     turned = firm(form)
@@ -76,10 +67,10 @@ def best_conditioned(
         J, chosen, rows = plain[0]
     if rows is None:
         return form, found
-    starts = [rows, *_mirrored(turned, chosen, rows)]
-    ends = [_searched(turned, chosen, weights, one) for one in starts]
-    rows = min(ends, key=lambda one: slant(turned, one, weights)[0])
-    after, _ = slant(turned, rows, weights)
+    starts = [rows, *_mirrored(chosen, rows)]
+    ends = [_searched(chosen, weights, one) for one in starts]
+    rows = min(ends, key=lambda one: slant(one, weights)[0])
+    after, _ = slant(rows, weights)
     return (turned, rows) if MUCH * after < before else (form, found)
 
 
@@ -99,36 +90,35 @@ def _least_norm(
 ) -> tuple[float, Order, Rows | None]:
     """J of the rows of least norm in this order; infinite where it cannot be told."""
     try:
-        rows = solve_rows(form, *order, minimum_norm)
+        rows = solve_rows(form, order, minimum_norm)
     except DesignError:
         return np.inf, order, None
-    J, _ = slant(form, rows, weights)
+    J, _ = slant(rows, weights)
     return (J, order, rows) if np.isfinite(J) else (np.inf, order, None)
 
 
-def _mirrored(form: Staircase, order: Order, rows: Rows) -> Iterator[Rows]:
+def _mirrored(order: Order, rows: Rows) -> Iterator[Rows]:
     """The rows with free entries of conjugate pairs conjugated: all, and one by one.
 
     A pair's second row is where its entries are imaginary.  Its sign is open, and
     between a row and its mirror image the rows of a pair become dependent, which no
     descent crosses.
     """
-    begin = entries(rows, order.pairs)
-    real = np.result_type(rows.T, rows.F).kind == "f"
-    pairs = [k for k, (_, free) in enumerate(begin) if real and free.dtype.kind == "c"]
+    pairs = [k for k, step in enumerate(rows.steps) if step.size is not None]
     alone = [[k] for k in pairs] if 1 < len(pairs) <= FEW_PAIRS else []
+    begin = [rows.free(step) for step in rows.steps]
     for turned in [pairs, *alone] if pairs else []:
-        free = [x.conj() if k in turned else x for k, (_, x) in enumerate(begin)]
+        free = [x.conj() if k in turned else x for k, x in enumerate(begin)]
         try:
-            yield solved(form, *order, free)[0]
+            yield solve_rows(rows.form, order, with_entries(free))
         except DesignError:
             continue
 
 
-def slant(form: Staircase, rows: Rows, weights: Vector) -> tuple[float, Matrix]:
+def slant(rows: Rows, weights: Vector) -> tuple[float, Matrix]:
     """J, and its gradient in T_U: it changes by Re sum conj(gradient) dT_U."""
-    K = form.U.conj().T * weights
-    both = np.concatenate([rows.T, form.C[: rows.r]]) @ K
+    K = rows.form.U.conj().T * weights
+    both = np.concatenate([rows.T, rows.form.C[: rows.r]]) @ K
     try:
         back = np.linalg.inv(both)
     except np.linalg.LinAlgError:
@@ -140,30 +130,31 @@ def slant(form: Staircase, rows: Rows, weights: Vector) -> tuple[float, Matrix]:
     return J if np.isfinite(J) else np.inf, (2 * slope @ K.conj().T)[: rows.size]
 
 
-def _searched(form: Staircase, order: Order, weights: Vector, start: Rows) -> Rows:
+def _searched(order: Order, weights: Vector, start: Rows) -> Rows:
     """Rows in this order whose J is small: L-BFGS from the free entries of `start`.
 
     The entries of a row are measured by the largest of it.
     """
-    begin = entries(start, order.pairs)
-    real = [free.view(float) for _, free in begin]
+    begin = [start.free(step) for step in start.steps]
+    real = [free.view(float) for free in begin]
     centre, cuts = np.concatenate(real), np.cumsum([part.size for part in real])[:-1]
-    tops = [np.full(part.size, np.abs(x).max()) for part, (x, _) in zip(real, begin)]
-    scale = np.concatenate(tops)
+    tops = [np.abs(step.x).max() for step in start.steps]
+    scale = np.repeat(tops, [part.size for part in real])
 
-    def chosen(v: Vector) -> list[Vector]:
-        parts = np.split(centre + scale * v, cuts)
-        return [part.view(free.dtype) for part, (_, free) in zip(parts, begin)]
+    def with_free(v: Vector) -> Rows:
+        parts = zip(np.split(centre + scale * v, cuts), begin)
+        free = [part.view(like.dtype) for part, like in parts]
+        return solve_rows(start.form, order, with_entries(free))
 
     def cost(v: Vector) -> tuple[float, Vector]:
         try:
-            rows, steps = solved(form, *order, chosen(v))
+            rows = with_free(v)
         except DesignError:
             return FAR, np.zeros_like(v)
-        J, slope = slant(form, rows, weights)
+        J, slope = slant(rows, weights)
         if not np.isfinite(J):
             return FAR, np.zeros_like(v)
-        parts = [part.view(float) for part in slopes(rows, steps, slope)]
+        parts = [part.view(float) for part in slopes(rows, slope)]
         return np.log(J), np.concatenate(parts) * scale / J
 
     most = int(np.clip(EVALUATIONS / start.n, FEWEST, MOST))
@@ -171,4 +162,4 @@ def _searched(form: Staircase, order: Order, weights: Vector, start: Rows) -> Ro
     found = scipy.optimize.minimize(
         cost, np.zeros_like(centre), jac=True, method="L-BFGS-B", options=limits
     )
-    return solved(form, *order, chosen(found.x))[0]
+    return with_free(found.x)

@@ -5,7 +5,7 @@ Source: Van Dooren (1984); papers/van_dooren/derivation/rows.py.
 
 from __future__ import annotations
 
-import warnings
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,18 +20,22 @@ from ...numeric.staircase_form import Staircase, find_in_even_units, staircase
 from ...observer import Observer
 from ...plant import Plant
 from ...plant.estimates import Combinations, by_name
-from ..certified import LOST_TOL, certified, of_what_is_needed, state_observer
+from ..certified import certified, of_what_is_needed, state_observer
 from ..poles import arranged, numbers
 from . import rows_of_T
-from .best_conditioned import Order, best_conditioned
-from .rows_of_T import solve_rows
+from .best_conditioned import best_conditioned
+from .rows_of_T import Order, Rows, solve_rows
 
 METHODS = {
     "best-conditioned": rows_of_T.minimum_norm,  # of which a search begins
     "minimum-norm": rows_of_T.minimum_norm,
     "back-substitution": rows_of_T.back_substitution,
 }
-SENSITIVE = 1e7  # condition of [T; C] that is worth a word
+SENSITIVE = 1e6  # condition of [T; C] that is worth a word
+ADVICE = (
+    "Add sensors, ask for poles closer to the eigenvalues of A, or give them in "
+    "another order."
+)
 
 
 def reduced_order_observer(
@@ -89,6 +93,11 @@ def reduced_order_observer(
     CertificateError
         If a pole asked for is not stable.
 
+    Warns
+    -----
+    RuntimeWarning
+        When cond([T; C]) exceeds 1e6, states in even units and rows at unit length.
+
     References
     ----------
     Van Dooren (1984), (13)-(34); papers/van_dooren/derivation/rows.py, choices.py.
@@ -104,11 +113,12 @@ def reduced_order_observer(
     poles, pairs = arranged(poles, plant.n - form.rank, plant)
     order = Order(poles / pair.rate, pairs)
     with np.errstate(all="ignore"):  # what overflows is refused below
-        rows = solve_rows(form, *order, METHODS[method])
+        rows = solve_rows(form, order, METHODS[method])
         if method == "best-conditioned":
             natural = pair.natural / pair.states
             form, rows = best_conditioned(form, order, natural, rows)
-        observer = _in_users_coordinates(plant, pair, form, rows)
+        built = _in_users_coordinates(pair, form, rows)
+        observer = state_observer(plant, built, pair.natural, ADVICE, SENSITIVE)
     return certified(observer, plant, L=L, called=called)
 
 
@@ -129,56 +139,15 @@ def _stairs(
     return find_in_even_units(plant.A, plant.C, plant.dt, fastest)
 
 
-def _in_users_coordinates(
-    plant: Plant, pair: Pair, form: Staircase, rows: rows_of_T.Rows
-) -> Observer:
-    """The Observer: (5), (12), (24), with the outputs compressed by Y."""
-    r, n, U = form.rank, plant.n, form.U
+def _in_users_coordinates(pair: Pair, form: Staircase, rows: Rows) -> Iterator[Matrix]:
+    """F, D, T, P, V: (5), (12), (24), with the outputs compressed by Y."""
+    r, U = form.rank, form.U
     S = np.vstack([rows.T, form.C[:r]])  # upper triangular, (13) and (8)
     (trtrs,) = get_lapack_funcs(("trtrs",), (S,))
     back = trtrs(S, U.T, trans=1)[0].T  # back S = U, n^3 / 2 of (25)
-    if not all(np.isfinite(X).all() for X in (back, S, rows.F, rows.D)):
-        raise DesignError(_hopeless(np.inf, form))
-    outputs = form.Y[:, :r].conj().T
-    T, D = rows.T @ U.conj().T, rows.D @ outputs
-    P, V = back[:, : n - r], back[:, n - r :] @ outputs
-    x, y, size = pair.states[:, None], pair.outputs, pair.natural / pair.states
-    lost = (P @ T + V @ pair.C - np.eye(n)) / size[:, None] * size
-    _judge(S @ U.conj().T * size, back / size[:, None], lost, form)
-    F, D = rows.F * pair.rate, D * pair.rate / y
-    return state_observer(plant, F, D, T / x[:, 0], P * x, V * x / y)
-
-
-def _judge(both: Matrix, back: Matrix, lost: Matrix, form: Staircase) -> None:
-    """Warn or refuse by the condition of [T; C] and by P T + V C - I."""
-    bound = np.linalg.norm(both) * np.linalg.norm(back)
-    if not bound > SENSITIVE:
-        return
-    cond = np.linalg.cond(both) if np.isfinite(bound) else np.inf
-    if not np.linalg.norm(lost) <= LOST_TOL:
-        raise DesignError(_hopeless(cond, form))
-    if cond > SENSITIVE:
-        even = np.linalg.cond(both / np.linalg.norm(both, axis=1, keepdims=True))
-        warnings.warn(
-            f"cond([T; C]) = {cond:.1e}, and {even:.1e} with rows of unit length: the "
-            f"estimate can lose {np.log10(even):.0f} digits, and noise of the sensors "
-            "can show much enlarged. The pair (A, C) is close to an unobservable one, "
-            "or the poles are far from those of A, or another order of the poles is "
-            "better.",
-            RuntimeWarning,
-            stacklevel=5,
-        )
-
-
-def _hopeless(cond: float, form: Staircase) -> str:
-    return (
-        f"cond([T; C]) = {cond:.1e}: with stairs {_short(form.blocks)} the pair (A, C) "
-        "is so close to an unobservable one, for these poles, that the estimate would "
-        "have no correct digit. Add sensors, or ask for poles closer to the "
-        "eigenvalues of A."
-    )
-
-
-def _short(blocks: tuple[int, ...]) -> str:
-    shown = ", ".join(str(k) for k in blocks[:8])
-    return f"({shown}{', ...' if len(blocks) > 8 else ''})"
+    outputs, x = form.Y[:, :r].conj().T / pair.outputs, pair.states
+    yield rows.F * pair.rate
+    yield rows.D @ outputs * pair.rate
+    yield rows.T @ U.conj().T / x
+    yield back[:, : rows.size] * x[:, None]
+    yield back[:, rows.size :] @ outputs * x[:, None]

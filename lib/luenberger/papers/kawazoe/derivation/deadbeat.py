@@ -9,28 +9,13 @@ of Van Dooren (1984).
 Source: Kawazoe (1978), (11)-(14); Van Dooren (1984), (4), (7), (13)-(20).
 """
 
-from functools import cache
-
 import sympy as sp
 
-from matrixproof import Derivation, Explicit, Page, Stage
+from matrixproof import Explicit, Identity, Page, ZeroMatrix
 from matrixproof.explicit import Construction
 
 from .form import over_patterns, picks
-from .letters import (
-    SOURCE,
-    Identity,
-    Phi,
-    ZeroMatrix,
-    letters,
-    m,
-    n,
-    p_i,
-    q,
-    r_c,
-    r_h,
-    r_n,
-)
+from .letters import Phi, letters, m, n, p_i, q, r_c, r_h, r_n
 
 letters = letters.here()
 Pi = letters("Pi", n, n, "sorts the entries of `w` by level, the highest first")
@@ -145,7 +130,9 @@ def rows():
 row_block = T_i * A_U - A_i * T_h - D_i * C_U
 
 
-page = Page(letters=letters, source=f"{SOURCE}, with the rows of Van Dooren (1984)")
+page = Page(
+    letters=letters, source="Kawazoe (1978), with the rows of Van Dooren (1984)"
+)
 
 page("""Sort Kawazoe's coordinates by level, those with the highest power of `A` first.
     This is a staircase: below the diagonal it has the ones that move each row to the
@@ -160,16 +147,9 @@ is_T_i = page.suppose(S_i * T_U, T_i)
 is_T_h = page.suppose(S_h * T_U, T_h)
 is_D_i = page.suppose(S_i * D, D_i)
 below = page.suppose(S_i * F, A_i * S_h)
-page(
-    letters.derive(
-        "VD 4, 10",
-        "one row block of the equation",
-        S_i * (T_U * A_U - F * T_U - D * C_U),
-    )
-    .expand()
-    .use(below)
-    .use(is_T_i, is_T_h, is_D_i)
-)
+says = "one row block of the equation"
+start = letters.derive("VD 4, 10", says, S_i * (T_U * A_U - F * T_U - D * C_U))
+page(start.expand().use(below).use(is_T_i, is_T_h, is_D_i))
 
 page("""Take it column block by column block. A column block of `A_U` has entries down
     to the diagonal, and below it one stair. So it meets the entries of the row block
@@ -179,12 +159,8 @@ unseen = page.suppose(C_U * N_c, ZeroMatrix(m, r_c))
 is_T_c = page.suppose(T_i * K_c, T_c)
 is_T_n = page.suppose(T_i * N_n, T_n)
 is_T_hc = page.suppose(T_h * N_c, T_hc)
-page(
-    letters.derive("VD 10", "one column block of it", row_block * N_c)
-    .expand()
-    .use(reaches, unseen)
-    .use(is_T_c, is_T_n, is_T_hc)
-)
+start = letters.derive("VD 10", "one column block of it", row_block * N_c)
+page(start.expand().use(reaches, unseen).use(is_T_c, is_T_n, is_T_hc))
 
 page("""The columns of a stair are independent, so it has a left inverse. That gives
     what comes next; with a stair of ones it is a matter of picking rows.""")
@@ -207,77 +183,31 @@ page("The last column block, the one that is measured, says what `D` is.")
 is_A_m = page.suppose(A_U * N_m, A_m)
 is_T_hm = page.suppose(T_h * N_m, T_hm)
 measured = page.suppose(C_U * N_m, Identity(m))
-page(
-    letters.derive("VD 10", "the column block that is measured", row_block * N_m)
-    .expand()
-    .use(is_A_m, is_T_hm, measured)
-)
+start = letters.derive("VD 10", "the column block that is measured", row_block * N_m)
+page(start.expand().use(is_A_m, is_T_hm, measured))
 
 page("This block of the equation is to hold, too.")
 holds = page.suppose(row_block * N_m, ZeroMatrix(p_i, m), "VD 10")
-gain = page(
-    letters.derive("VD 10", "the gain of the measurement", D_i).by(
-        T_i * A_m - A_i * T_hm, holds, is_A_m, is_T_hm, measured
-    )
+start = letters.derive("VD 10", "the gain of the measurement", D_i)
+gain = page(start.by(T_i * A_m - A_i * T_hm, holds, is_A_m, is_T_hm, measured))
+
+next_entries = page.program(
+    "the next entries of a row block of T",
+    (A_i, T_hc, T_c, A_c, J_c),
+    (is_next, "(VD 10)"),
 )
-
-
-@cache
-def next_entries():
-    """The entries of a row block of T in the next column block, down to the stair.
-
-    A_i is the part of F to the left of the diagonal, T_h_c the row block above in this
-    column block; T_c and A_c end at this column block, and J_c inverts its stair.
-    """
-    return Derivation(
-        (A_i, T_hc, T_c, A_c, J_c),
-        (Stage(T_n, (A_i * T_hc - T_c * A_c) * J_c, "(VD 10)", by=(is_next,)),),
-        source=f"{SOURCE}, with the rows of Van Dooren (1984)",
-        letters=letters,
-        says="the next entries of a row block of T",
-    )
-
-
-page(next_entries())
-
-
-@cache
-def measured_gain():
-    """A row block of D, from that of T and the column block that is measured."""
-    return Derivation(
-        (A_i, T_hm, T_i, A_m),
-        (Stage(D_i, T_i * A_m - A_i * T_hm, "(VD 10)", by=(gain,)),),
-        source=f"{SOURCE}, with the rows of Van Dooren (1984)",
-        letters=letters,
-        says="a row block of D",
-    )
-
-
-page(measured_gain())
-
+measured_gain = page.program(
+    "a row block of D", (A_i, T_hm, T_i, A_m), (gain, "(VD 10)")
+)
 
 page("Written out, with a symbol for every entry of `Phi` that may differ from zero:")
-page(
-    Explicit(
-        "VD 4, 10",
-        "the observer",
-        T_U * A_U - F * T_U,
-        D * C_U,
-        over_patterns(observer),
-    )
-)
+says = "the observer"
+page(Explicit("VD 4, 10", says, T_U * A_U - F * T_U, D * C_U, over_patterns(observer)))
 
 page("""`T_U` is a unit triangle. So `T_U` above `C_U` is invertible: no state is left
     out.""")
-page(
-    Explicit(
-        "VD 13",
-        "the determinant is one",
-        sp.Determinant(S_U),
-        sp.S.One,
-        over_patterns(stacked),
-    )
-)
+says = "the determinant is one"
+page(Explicit("VD 13", says, sp.Determinant(S_U), sp.S.One, over_patterns(stacked)))
 
 page("""`F` has zeros on its diagonal. So each row solves Van Dooren's system with the
     pole zero: the deadbeat observer is his, with all poles at zero.""")
@@ -289,11 +219,8 @@ page("""That all poles are zero only says that `F` vanishes after `n - m` steps.
 at_once = page.suppose(S_1 * F, ZeroMatrix(m, n - m))
 first_block = page(letters.derive("", "the first block is zero", S_1 * F).use(at_once))
 with page.scope(letters.suppose(S_h * F_l, ZeroMatrix(r_h, n - m))) as gone:
-    next_block = page(
-        letters.derive("", "one more power and one more block", S_i * F * F_l)
-        .use(below)
-        .use(gone)
-    )
+    start = letters.derive("", "one more power and one more block", S_i * F * F_l)
+    next_block = page(start.use(below).use(gone))
 page.induction(
     "",
     "each power is zero in one more block",

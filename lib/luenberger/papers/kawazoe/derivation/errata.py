@@ -6,8 +6,7 @@ Source: Kawazoe (1978), as scanned; the order of the search is our own finding.
 import sympy as sp
 
 from .form import Pattern
-from .letters import Delta, u_p, w_o, y_o
-from .reconstruction import INPUTS, window
+from .reconstruction import INPUTS, Delta, u_p, w_o, window, y_o
 
 
 def printed_25(good, size):

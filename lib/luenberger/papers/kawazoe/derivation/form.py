@@ -9,37 +9,12 @@ Source: Kawazoe (1978), (1)-(14), (19); the order of the search is our own.
 
 import sympy as sp
 
-from matrixproof import BlockMatrix, Explicit, Page
+from matrixproof import BlockMatrix, Explicit, Identity, Page, ZeroMatrix
 
-from .letters import (
-    E_0,
-    SOURCE,
-    E_n,
-    G,
-    H,
-    Identity,
-    P,
-    Phi,
-    Phi_l,
-    ZeroMatrix,
-    e_i,
-    e_v,
-    letters,
-    m,
-    n,
-    p_i,
-    p_j,
-    q,
-    r,
-    s,
-    u,
-    v_h,
-    v_i,
-    w,
-    x,
-    y,
-)
+from .letters import E_0, E_n, G, H, P, Phi, Phi_l, e_i, e_v, letters, u, w, x, y
 
+n, m, r, s, q = sp.symbols("n m r s q", integer=True, nonnegative=True)
+p_i, p_j, v_h, v_i = sp.symbols("p_i p_j v_h v_i", integer=True, positive=True)
 letters = letters.here()
 A = letters("A", n, n, "moves the state")
 B = letters("B", n, r, "what the input does to the state")
@@ -177,7 +152,7 @@ found_first = BlockMatrix([[C_1], [C_1 * A], [C_1 * A * A]])
 found_by_level = BlockMatrix([[C_1], [C_2], [C_2 * A]])
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (1)-(14), (19)", witness=example())
+page = Page(letters=letters, source="Kawazoe (1978), (1)-(14), (19)", witness=example())
 
 page("The plant, in discrete time, and the rows of what it measures.")
 is_x = page.let(x_next, A * x + B * u, "1")
@@ -191,21 +166,15 @@ page("""Coordinates are rows `C_i A^k`, searched in the order `C_1` to `C_m`, th
 depends = page.let(c_k, a * R, "5")
 next_row = page.let(c_next, c_k * A, "5")
 before = page.suppose(R * A, M * R_next, "5")
-page(
-    letters.derive("5", "behind a row that depends all rows depend", c_next)
-    .put(next_row, depends)
-    .use(before)
-)
+start = letters.derive("5", "behind a row that depends all rows depend", c_next)
+page(start.put(next_row, depends).use(before))
 
 page("""By induction, all rows that have been looked at are combinations of those that
     are kept. So is a row that depends on them, and a row that is kept is one of
     those.""")
 with page.scope(letters.suppose(R, K_R * P_q, "6")) as so_far:
-    page(
-        letters.derive(
-            "6", "a row that depends is a combination of what is kept", c_k
-        ).put(depends, so_far)
-    )
+    says = "a row that depends is a combination of what is kept"
+    page(letters.derive("6", says, c_k).put(depends, so_far))
 
 page("""At the end `R` is the whole table. Observability gives it a left inverse, and
     independence gives one to the right of the rows that are kept. They are `n` rows.
@@ -213,52 +182,27 @@ page("""At the end `R` is the whole table. Observability gives it a left inverse
 table = page.suppose(R, K_R * P_q, "6")
 observable = page.suppose(J * R, I, "3")
 independent = page.suppose(P_q * X_q, Identity(q), "5")
-spans = page(
-    letters.derive("6", "the rows that are kept span", I)
-    .insert(J * R, observable)
-    .put(table)
-)
-both = page(
-    letters.derive("6", "their inverse is an inverse on both sides", X_q * P_q)
-    .insert(J * K_R * P_q * X_q * P_q, spans)
-    .use(independent)
-    .use(spans)
-)
-page(
-    letters.derive("6", "how many rows are kept", n)
-    .insert(sp.Trace(X_q * P_q), both)
-    .cyclic(P_q)
-    .use(independent)
-)
+start = letters.derive("6", "the rows that are kept span", I)
+spans = page(start.insert(J * R, observable).put(table))
+start = letters.derive("6", "their inverse is an inverse on both sides", X_q * P_q)
+both = page(start.insert(J * K_R * P_q * X_q * P_q, spans).use(independent).use(spans))
+start = letters.derive("6", "how many rows are kept", n)
+page(start.insert(sp.Trace(X_q * P_q), both).cyclic(P_q).use(independent))
 
 page("""So output `i` contributes `C_i`, `C_i A` and so on, `p_i` rows. The rows of `C`
     come first and are independent, so each output contributes one at least. The page
     leaves the order open, and it matters. Take this plant, and search output by output:
     the first one contributes everything.""")
-page(
-    Explicit(
-        "5, 6",
-        "row by row the first output contributes everything",
-        found_first,
-        P_r,
-        of_plant(A, C_1, P_r),
-    )
-)
+says = "row by row the first output contributes everything"
+page(Explicit("5, 6", says, found_first, P_r, of_plant(A, C_1, P_r)))
 
 page("""Three samples seem to be needed, and `C_2` is not the first row of a block. In
     the order above `C_1 A` is not kept, for it is `C_2`.""")
 page(Explicit("5", "a row that depends", C_1 * A, C_2, of_plant(A, C_1, C_2)))
 
 page("What is kept is `C_1`, `C_2` and `C_2 A`: two samples are enough.")
-page(
-    Explicit(
-        "5, 6",
-        "the rows that are kept are independent",
-        found_by_level,
-        I,
-        of_plant(A, C_1, C_2),
-    )
-)
+says = "the rows that are kept are independent"
+page(Explicit("5, 6", says, found_by_level, I, of_plant(A, C_1, C_2)))
 
 page("""Sorted by output the rows that are kept are `P`, which has an inverse. It has a
     block for each output. `A` takes each row that is not the last of its block to the
@@ -268,12 +212,8 @@ goes_on = page.suppose(E_0 * P * A, E_n * P, "6")
 follows = page.suppose(E_p * P * A, A_p * R, "5")
 in_P = page.suppose(R, K_P * P, "6")
 is_phi = page.let(phi, A_p * K_P, "11")
-ends = page(
-    letters.derive("11", "the last rows one step on", E_p * P * A)
-    .use(follows)
-    .put(in_P)
-    .fold(is_phi)
-)
+start = letters.derive("11", "the last rows one step on", E_p * P * A)
+ends = page(start.use(follows).put(in_P).fold(is_phi))
 
 page("""Each row is in one block. By induction over the blocks, block `i` ends where the
     blocks before it end and `p_i` rows further. So the last one ends at the sum of all
@@ -308,18 +248,10 @@ page("So a row of `Phi` is a row of the identity, or it is one of the combinatio
 alone = page.suppose(E_0 * E_0.T, Identity(n - m), "6")
 alone_too = page.suppose(E_p * E_p.T, Identity(m), "6")
 apart = page.suppose(E_0 * E_p.T, ZeroMatrix(n - m, m), "6")
-shifts = page(
-    letters.derive("11", "a row of a block that is not its last", E_0 * Phi)
-    .put(is_Phi, is_Z)
-    .expand()
-    .use(alone, apart)
-)
-page(
-    letters.derive("11", "the last row of a block", E_p * Phi)
-    .put(is_Phi, is_Z)
-    .expand()
-    .use(apart, alone_too)
-)
+start = letters.derive("11", "a row of a block that is not its last", E_0 * Phi)
+shifts = page(start.put(is_Phi, is_Z).expand().use(alone, apart))
+start = letters.derive("11", "the last row of a block", E_p * Phi)
+page(start.put(is_Phi, is_Z).expand().use(apart, alone_too))
 
 page("""Written out it is as follows. The order of the search makes some entries of
     `phi` zero: a row is a combination of rows before it.""")
@@ -346,63 +278,38 @@ page("""With one output the last row times `A` is `C A^n`. By Cayley and Hamilto
     minus the combination of `C`, `C A` and so on that the characteristic polynomial of
     `A` has.""")
 with page.scope(letters.suppose(E_p * P * A, -alpha * P, "11")) as hamilton:
-    page(
-        letters.derive("11", "one output and the characteristic polynomial", phi)
-        .insert(E_p * P * A * P.I, ends)
-        .use(hamilton)
-    )
+    start = letters.derive("11", "one output and the characteristic polynomial", phi)
+    page(start.insert(E_p * P * A * P.I, ends).use(hamilton))
 
 page("The outputs are read off the first entries of the blocks, which are rows of `C`.")
 read = page.suppose(H * P, C, "6, 14")
 is_h = page.suppose(e_i * H, e_v, "14")
-page(
-    letters.derive("4, 14", "a row of the measurement", C_i)
-    .put(is_C_i)
-    .fold(read)
-    .use(is_h)
-)
+start = letters.derive("4, 14", "a row of the measurement", C_i)
+page(start.put(is_C_i).fold(read).use(is_h))
 page(letters.derive("14", "what reads the outputs", C * P.I).fold(read).expand())
 
 page("Block `i` ends with entry `v_i`. So it begins with entry `1 + v_i - p_i`.")
-page(
-    Explicit(
-        "14, 19", "where they begin", H * count, v - p + ones, over_patterns(heads)
-    )
-)
+says = "where they begin"
+page(Explicit("14, 19", says, H * count, v - p + ones, over_patterns(heads)))
 
 page("In these coordinates the plant moves and is measured as follows.")
 is_w = page.let(w, P * x, "8")
 is_w_next = page.let(w_next, P * x_next, "8")
 is_G = page.let(G, P * B, "13")
-page(
-    letters.derive("9", "the plant in these coordinates", w_next)
-    .put(is_w_next, is_x)
-    .expand()
-    .use(turned)
-    .fold(is_w, is_G)
-)
-page(
-    letters.derive("10", "the measurement in these coordinates", y)
-    .put(is_y)
-    .fold(read)
-    .fold(is_w)
-)
+start = letters.derive("9", "the plant in these coordinates", w_next)
+page(start.put(is_w_next, is_x).expand().use(turned).fold(is_w, is_G))
+start = letters.derive("10", "the measurement in these coordinates", y)
+page(start.put(is_y).fold(read).fold(is_w))
 
 page("""A row of the one observability matrix is the same row of the other, times `P`.
     So the new pair is observable exactly if the old one is.""")
-first_rows = page(
-    letters.derive("3", "the first rows of both", C * I).by(H * I * P, read)
-)
+start = letters.derive("3", "the first rows of both", C * I)
+first_rows = page(start.by(H * I * P, read))
 power = page.let(A_next, A_l * A)
 new_power = page.let(Phi_next, Phi_l * Phi)
 with page.scope(letters.suppose(C * A_l, H * Phi_l * P, "3")) as so_far:
-    further = page(
-        letters.derive("3", "the next rows of both", C * A_next)
-        .put(power)
-        .use(so_far)
-        .use(turned)
-        .fold(new_power)
-    )
+    start = letters.derive("3", "the next rows of both", C * A_next)
+    further = page(start.put(power).use(so_far).use(turned).fold(new_power))
 page.induction(
     "3",
     "the rows of both observability matrices",

@@ -6,11 +6,7 @@ Kawazoe's coordinates make when they are sorted by level.
 
 from sympy import symbols
 
-from matrixproof import Identity as Identity
 from matrixproof import Notation
-from matrixproof import ZeroMatrix as ZeroMatrix
-
-SOURCE = "Kawazoe (1978)"
 
 n, m, r, s, q = symbols("n m r s q", integer=True, nonnegative=True)
 p_i, p_j, v_h, v_i = symbols("p_i p_j v_h v_i", integer=True, positive=True)
@@ -35,12 +31,6 @@ H = letters("H", m, n, "reads the first entry of each block")
 w = letters("w", n, 1, "state in the new coordinates")
 Phi_l = letters("Phi_l", n, n, "`Phi` to the power `l`")
 
-# -- later samples --------------------------------------------------------------------
-
-y_o = letters("y_o", n - m, 1, "the outputs from the next sample on")
-w_o = letters("w_o", n - m, 1, "`w` without the first entries of its blocks")
-Delta = letters("Delta", n - m, s, "the blocks of (25) below each other")
-u_p = letters("u_p", s, 1, "the inputs of the samples")
 
 # -- the staircase --------------------------------------------------------------------
 

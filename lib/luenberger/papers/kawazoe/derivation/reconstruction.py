@@ -9,38 +9,18 @@ Source: Kawazoe (1978), (15)-(26).
 
 import sympy as sp
 
-from matrixproof import BlockMatrix, Explicit, Page
+from matrixproof import BlockMatrix, Explicit, Identity, Page, ZeroMatrix
 
 from .form import is_h, is_w, named, over_patterns, shifts
-from .letters import (
-    E_0,
-    SOURCE,
-    Delta,
-    E_n,
-    G,
-    H,
-    Identity,
-    P,
-    Phi,
-    Phi_l,
-    ZeroMatrix,
-    e_i,
-    e_v,
-    letters,
-    m,
-    n,
-    p_i,
-    r,
-    s,
-    u,
-    u_p,
-    w,
-    w_o,
-    y,
-    y_o,
-)
+from .letters import E_0, E_n, G, H, P, Phi, Phi_l, e_i, e_v, letters, u, w, y
 
+n, m, r, s = sp.symbols("n m r s", integer=True, nonnegative=True)
+p_i = sp.Symbol("p_i", integer=True, positive=True)
 letters = letters.here()
+y_o = letters("y_o", n - m, 1, "the outputs from the next sample on")
+w_o = letters("w_o", n - m, 1, "`w` without the first entries of its blocks")
+Delta = letters("Delta", n - m, s, "the blocks of (25) below each other")
+u_p = letters("u_p", s, 1, "the inputs of the samples")
 Phi_next = letters("Phi_l_next", n, n, "`Phi` to the power `l + 1`")
 w_l = letters("w_l", n, 1, "state `l` samples on")
 s_l = letters("s_l", n, 1, "what the inputs have added in `l` samples")
@@ -131,7 +111,7 @@ def of_window(*wanted):
 # -- the page -------------------------------------------------------------------------
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (15)-(26)")
+page = Page(letters=letters, source="Kawazoe (1978), (15)-(26)")
 
 page("""The plant in Kawazoe's coordinates. Output `i` is the first entry of block `i`,
     so `m` entries of `w` are read.""")
@@ -144,12 +124,8 @@ page("""A later output shows the state of the moment, and what the inputs since 
 later = page.let(w_l, Phi_l * w + s_l, "15")
 powers = page.let(Phi_next, Phi * Phi_l)
 added = page.let(s_next, Phi * s_l + G * u, "15")
-page(
-    letters.derive("15", "one more sample", Phi * w_l + G * u)
-    .put(later)
-    .expand()
-    .fold(powers, added)
-)
+start = letters.derive("15", "one more sample", Phi * w_l + G * u)
+page(start.put(later).expand().fold(powers, added))
 is_y_l = page.let(y_l, H * w_l, "10")
 page(letters.derive("15", "a later output", y_l).put(is_y_l, later).expand())
 
@@ -162,12 +138,8 @@ one_sample = page(letters.derive("15", "the sum of one sample", once).use(nothin
 longer = page.let(Gam_next, BlockMatrix([[Phi * Gam_l, G]]))
 stacked = page.let(u_next, BlockMatrix([[u_p], [u]]))
 with page.scope(letters.suppose(s_l, Gam_l * u_p, "15")) as summed:
-    one_more = page(
-        letters.derive("15", "the sum of one sample more", Gam_next * u_next)
-        .multiply(longer, stacked)
-        .fold(summed)
-        .fold(added)
-    )
+    start = letters.derive("15", "the sum of one sample more", Gam_next * u_next)
+    one_more = page(start.multiply(longer, stacked).fold(summed).fold(added))
 page.induction(
     "15",
     "the sum of any number of samples",
@@ -186,53 +158,31 @@ commute = page.suppose(Phi * Phi_l, Phi_l * Phi)
 row_of_G = page.let(g_l, e_l * G, "13")
 is_next = page.let(e_ln, f_l * E_n, "6")
 with page.scope(letters.suppose(e_l, f_l * E_0, "6")) as not_last:
-    moves = page(
-        letters.derive("11", "a one moves on by one entry", e_l * Phi)
-        .put(not_last)
-        .use(shifts)
-        .fold(is_next)
-    )
-    page(
-        letters.derive("16", "the coefficient moves on by one entry", e_v * Phi_next)
-        .put(powers)
-        .use(commute)
-        .use(so_far)
-        .use(moves)
-    )
+    start = letters.derive("11", "a one moves on by one entry", e_l * Phi)
+    moves = page(start.put(not_last).use(shifts).fold(is_next))
+    says = "the coefficient moves on by one entry"
+    start = letters.derive("16", says, e_v * Phi_next)
+    page(start.put(powers).use(commute).use(so_far).use(moves))
 
     page("""So do the contributions of the inputs: an input that has moved an entry of
         the block, with a row `g_l` of `G`, has moved the entry before it one sample
         later.""")
-    page(
-        letters.derive(
-            "25", "a row of the contributions from the next one", e_l * s_next
-        )
-        .put(added)
-        .expand()
-        .use(moves)
-        .fold(row_of_G)
-    )
+    says = "a row of the contributions from the next one"
+    start = letters.derive("25", says, e_l * s_next)
+    page(start.put(added).expand().use(moves).fold(row_of_G))
 
 page("""By induction from `l = 0`, where both are `e_v`, that is so for every `l < p_i`:
     the output shows one entry of the state. `K` has the coefficients of all of them as
     rows. Each is the row of the identity, so `K` is the identity.""")
-shown = page(
-    letters.derive("16", "an output after some samples", e_i * y_l)
-    .put(is_y_l)
-    .use(is_h)
-    .put(later)
-    .expand()
-    .use(so_far)
-)
+start = letters.derive("16", "an output after some samples", e_i * y_l)
+shown = page(start.put(is_y_l).use(is_h).put(later).expand().use(so_far))
 is_K = page.suppose(e_l * K, e_v * Phi_l, "16")
-page(
-    letters.derive("16", "the coefficients of the state", e_l * K).use(is_K).use(so_far)
-)
+start = letters.derive("16", "the coefficients of the state", e_l * K)
+page(start.use(is_K).use(so_far))
 
 page("Hence the state is these outputs, less what the inputs contribute.")
-page(
-    letters.derive("17, 20", "an entry of the state", e_i * y_l - e_v * s_l).use(shown)
-)
+start = letters.derive("17, 20", "an entry of the state", e_i * y_l - e_v * s_l)
+page(start.use(shown))
 
 page("""What the inputs contribute to a block is a matrix `D_b` times them. Its first
     row is zero, since the first entry is read; the other rows are `Delta_i`, and `Y_i`
@@ -241,42 +191,21 @@ is_block = page.let(w_b, Y_b - D_b * u_p, "17")
 is_w_v = page.let(w_v, E_v * w_b, "23")
 is_Y_i = page.let(Y_i, E_v * Y_b, "24")
 is_Delta = page.let(Delta_i, E_v * D_b, "25")
-page(
-    letters.derive("22, 23, 24", "what is computed of a block", w_v)
-    .put(is_w_v, is_block)
-    .expand()
-    .fold(is_Y_i, is_Delta)
-)
+start = letters.derive("22, 23, 24", "what is computed of a block", w_v)
+page(start.put(is_w_v, is_block).expand().fold(is_Y_i, is_Delta))
 
 page("What is read and what is computed make the block.")
 together = page.suppose(e_1.T * e_1 + E_v.T * E_v, Identity(p_i))
-page(
-    letters.derive("18, 23", "both together are the block", w_b)
-    .insert((e_1.T * e_1 + E_v.T * E_v) * w_b, together)
-    .expand()
-    .fold(is_w_v)
-)
+start = letters.derive("18, 23", "both together are the block", w_b)
+page(start.insert((e_1.T * e_1 + E_v.T * E_v) * w_b, together).expand().fold(is_w_v))
 
 page("""Written out, all of it is as follows, with inputs that differ at every sample.
     Each block of `Delta` is a lower block Toeplitz matrix.""")
-page(
-    Explicit(
-        "16, 17",
-        "the state from outputs and inputs",
-        y_s - d_s,
-        w,
-        of_window(y_s, d_s, w),
-    )
-)
-page(
-    Explicit(
-        "20, 22, 25",
-        "what is computed of all blocks",
-        y_o - Delta * u_p,
-        w_o,
-        of_window(y_o, Delta, u_p, w_o),
-    )
-)
+says = "the state from outputs and inputs"
+page(Explicit("16, 17", says, y_s - d_s, w, of_window(y_s, d_s, w)))
+says = "what is computed of all blocks"
+values = of_window(y_o, Delta, u_p, w_o)
+page(Explicit("20, 22, 25", says, y_o - Delta * u_p, w_o, values))
 
 page("""That takes `p_M` samples, the largest of the indices, and no fewer. The last row
     of the longest block was kept. The rows of one sample less come before it in the
@@ -285,11 +214,8 @@ page("""That takes `p_M` samples, the largest of the indices, and no fewer. The 
 is_b = page.let(b, P.I * e_k.T, "21")
 before = page.suppose(O_s, M_s * E_r * P, "6")
 others = page.suppose(E_r * e_k.T, ZeroMatrix(n - 1, 1), "6")
-page(
-    letters.derive("21", "one sample less is not enough", O_s * b)
-    .put(before, is_b)
-    .use(others)
-)
+start = letters.derive("21", "one sample less is not enough", O_s * b)
+page(start.put(before, is_b).use(others))
 alone = page.suppose(e_k * e_k.T, Identity(1), "6")
 page(letters.derive("21", "the last row sees it", e_k * P * b).put(is_b).use(alone))
 

@@ -8,11 +8,9 @@ coordinates, for any number of outputs and for a polynomial in factors.
 Source: Moore (1973), (5), (10), (12), (13); this form of them is our own.
 """
 
-from functools import cache
+from matrixproof import Page, ZeroMatrix
 
-from matrixproof import Derivation, Page, Stage
-
-from .letters import SOURCE, A, C, D, F, P, T, ZeroMatrix, k, letters, n, o, p, r, t
+from .letters import A, C, D, F, P, T, k, letters, n, o, p, r, t
 
 letters = letters.here()
 N = letters("N", r, r, "moves the rows of a matrix up by one; the last becomes zero")
@@ -37,7 +35,7 @@ q = letters("q", 1, r, "row `i` of it: `P` times the polynomial so far, at `F`")
 q_next = letters("q_next", 1, r, "row `i + 1` of it; `P beta(F)` behind the last")
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (5), (10), (12), (13)")
+page = Page(letters=letters, source="Moore (1973), (5), (10), (12), (13)")
 
 page("""Let `F` be a companion form: `N` moves rows up, and row `i` of `L` has one
     coefficient `b` of the polynomial, in the column of the first row. A polynomial in
@@ -49,13 +47,8 @@ coefficient = page.suppose(e_i * L, b * e_f)
 first = page.suppose(e_f * T, k, "7")
 is_t = page.suppose(e_i * T, t)
 is_d = page.suppose(e_i * D, d)
-row = page(
-    letters.derive("5", "what one row says", e_i * (T * A - F * T - D * C))
-    .put(is_F)
-    .expand()
-    .use(is_t, is_d, up, coefficient)
-    .use(first)
-)
+start = letters.derive("5", "what one row says", e_i * (T * A - F * T - D * C))
+row = page(start.put(is_F).expand().use(is_t, is_d, up, coefficient).use(first))
 
 page("""So every row of `T` follows from the row above it. The first is `k`, because `P`
     reads the first state; behind the last there is none, and the row that would follow
@@ -76,13 +69,8 @@ closed = page.suppose(t, h - s)
 closed_first = page.suppose(k, h_f - s_f)
 is_h_next = page.let(h_next, h * A + b * h_f)
 is_s_next = page.let(s_next, s * A + b * s_f + d * C)
-page(
-    letters.derive("13", "all rows by Horner's scheme", t_next)
-    .put(step)
-    .put(closed, closed_first)
-    .expand()
-    .fold(is_h_next, is_s_next)
-)
+start = letters.derive("13", "all rows by Horner's scheme", t_next)
+page(start.put(step).put(closed, closed_first).expand().fold(is_h_next, is_s_next))
 
 page("""Behind the last row `h` is `k beta(A)`, and `s` is a combination of the rows of
     `C`, `C A`, up to `C A^(r-1)`, with coefficients `D` that are free. So an observer
@@ -90,12 +78,8 @@ page("""Behind the last row `h` is `k beta(A)`, and `s` is a combination of the 
     is, shows beside the states that none of these rows see.""")
 is_s = page.suppose(s, d_all * O)
 unseen = page.suppose(O * X, ZeroMatrix(o, 1))
-page(
-    letters.derive("13", "beside what is not seen", (h - s) * X)
-    .put(is_s)
-    .expand()
-    .use(unseen)
-)
+start = letters.derive("13", "beside what is not seen", (h - s) * X)
+page(start.put(is_s).expand().use(unseen))
 
 page("""Every observer obeys the condition. Take any `F`, `P` with the polynomial
     `beta`, and rows that begin with `q = P` and go on as follows. This loses nothing,
@@ -128,21 +112,6 @@ page(
 )
 
 
-@cache
-def companion_row():
-    """One row of T from the row above it, for (F, P) in observer companion form.
-
-    t = k in the first row; then t_next of row i with b = beta_(r-i) and d = D_i is row
-    i + 1, and the row that would follow the last, r + 1, must come out as zero.
-    """
-    stages = (Stage(t_next, t * A + b * k - d * C, "(5)", by=(step,)),)
-    return Derivation(
-        (t, A, b, k, d, C),
-        stages,
-        source=SOURCE,
-        letters=letters,
-        says="one row of T from the row above it",
-    )
-
-
-page(companion_row())
+companion_row = page.program(
+    "one row of T from the row above it", (t, A, b, k, d, C), (step, "(5)")
+)

@@ -8,11 +8,7 @@ A plus below is the next instant, or the derivative in continuous time.
 
 from sympy import symbols
 
-from matrixproof import Identity as Identity
 from matrixproof import Notation
-from matrixproof import ZeroMatrix as ZeroMatrix
-
-SOURCE = "Moore (1973)"
 
 n, p, m, r, o = symbols("n p m r o", integer=True, nonnegative=True)
 letters = Notation()
@@ -32,8 +28,6 @@ eps = letters("varepsilon", r, 1, "error of the observer's state")
 # -- companion form, row by row -------------------------------------------------------
 
 t = letters("t", 1, n, "row `i` of `T`")
-# noqa: E741
-
 # -- one output: the functional as a sequence -----------------------------------------
 
 c = letters("c", 1, n, "the last row of the identity")

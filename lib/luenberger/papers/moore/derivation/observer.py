@@ -8,36 +8,16 @@ Source: Moore (1973), (1)-(7) and `l` after (13); the graph that makes
 them necessary, and what l is where there is no observer, are our own.
 """
 
-from functools import cache
-
 from sympy import Matrix
 
-from matrixproof import BlockMatrix, Derivation, Line, Page, Stage
+from matrixproof import BlockMatrix, Identity, Line, Page, ZeroMatrix
 from matrixproof.explicit import Counterexample
 from matrixproof.lines import Equation, Iff
 
 from ....certificate import residuals
 from ....theory import observer as theory
 from .condition import companion_row as companion_row
-from .letters import (
-    SOURCE,
-    A,
-    C,
-    D,
-    F,
-    Identity,
-    P,
-    T,
-    ZeroMatrix,
-    eps,
-    k,
-    letters,
-    m,
-    n,
-    p,
-    r,
-    x,
-)
+from .letters import A, C, D, F, P, T, eps, k, letters, m, n, p, r, x
 
 letters = letters.here()
 B = letters("B", n, m, "what the input does to the state")
@@ -70,7 +50,7 @@ turn, back = (
 )
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (1)-(7) and after (13)")
+page = Page(letters=letters, source="Moore (1973), (1)-(7) and after (13)")
 
 page("""The plant and an observer that has no direct path from the measurement to the
     estimate.""")
@@ -98,12 +78,8 @@ page.chain(
     Line(parted, by=(tracked,)),
 )
 is_J = page.let(J, G + D * E - T * B)
-driven = page(
-    letters.derive("4, 5", "only the input is left to drive the error", eps_next)
-    .put(moves)
-    .use(tracked)
-    .fold(is_J)
-)
+start = letters.derive("4, 5", "only the input is left to drive the error", eps_next)
+driven = page(start.put(moves).use(tracked).fold(is_J))
 
 page("""Let the error tend to zero for all starts and inputs. With `u = 0` this says
     that `F` is stable: after `j` steps the error is `F^j` times what it was. With a
@@ -124,11 +100,8 @@ page("""That is enough as well: if `J = 0` and `F` is stable, the error obeys an
     equation of its own and dies out.""")
 undriven = page.suppose(J, ZeroMatrix(r, m), "6")
 page(letters.derive("6", "then nothing drives it", eps_next).put(driven).use(undriven))
-gain = page(
-    letters.derive("6", "the gain of the input", G)
-    .insert(J + T * B - D * E, is_J)
-    .put(undriven)
-)
+start = letters.derive("6", "the gain of the input", G)
+gain = page(start.insert(J + T * B - D * E, is_J).put(undriven))
 
 page("The estimate is right in the limit if besides `P T = k`.")
 read = page.suppose(P * T, k, "7")
@@ -169,39 +142,23 @@ page("""There is only one such `T`. The difference of two is not seen by `F`, `P
 apart = page.suppose(F * Delta, Delta * A)
 unread = page.suppose(P * Delta, ZeroMatrix(1, n))
 so_far = page.suppose(F_j * Delta, Delta * A_j)
-page(
-    letters.derive("7", "powers of the difference", F * F_j * Delta)
-    .use(so_far)
-    .use(apart)
-)
-page(
-    letters.derive("7", "the difference of two solutions is not seen", P * F_j * Delta)
-    .use(so_far)
-    .use(unread)
-)
+start = letters.derive("7", "powers of the difference", F * F_j * Delta)
+page(start.use(so_far).use(apart))
+says = "the difference of two solutions is not seen"
+page(letters.derive("7", says, P * F_j * Delta).use(so_far).use(unread))
 
 page("""For a given `T` of full row rank the paper solves `P T = k` by a formula. Its
     answer is the only row there can be.""")
 is_M = page.suppose(M, T * T.T)
 solves = page.suppose(k, P_0 * T)
-page(
-    letters.derive("after 13", "the row that reads the estimate", k * T.T * M.I)
-    .put(solves)
-    .insert(P_0 * M * M.I, is_M)
-    .expand()
-)
+start = letters.derive("after 13", "the row that reads the estimate", k * T.T * M.I)
+page(start.put(solves).insert(P_0 * M * M.I, is_M).expand())
 
 page("""If there is none, the formula still answers: with least squares, whose residual
     is orthogonal to the rows of `T`.""")
-page(
-    letters.derive(
-        "after 13",
-        "otherwise it is least squares",
-        (k * T.T * M.I * T - k) * T.T,
-    )
-    .expand()
-    .fold(is_M)
-)
+says = "otherwise it is least squares"
+start = letters.derive("after 13", says, (k * T.T * M.I * T - k) * T.T)
+page(start.expand().fold(is_M))
 
 page("""That is no observer. A cart's velocity from its position with one state: (5)
     holds with the pole -1, and the formula answers 1/2.""")
@@ -223,14 +180,4 @@ page(
     )
 )
 
-
-@cache
-def observer():
-    """G of (6), given T and D."""
-    stages = (Stage(G, T * B - D * E, "(6)", by=(gain,)),)
-    return Derivation(
-        (T, B, D, E), stages, source=SOURCE, letters=letters, says="the input's gain"
-    )
-
-
-page(observer())
+observer = page.program("the input's gain", (T, B, D, E), (gain, "(6)"))

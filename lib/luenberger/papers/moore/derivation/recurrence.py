@@ -11,27 +11,10 @@ Source: Moore (1973), (2), (8)-(13); the sequence in other coordinates is our ow
 
 import sympy as sp
 
-from matrixproof import Page
+from matrixproof import Identity, Page, ZeroMatrix
 from matrixproof.explicit import Construction
 
-from .letters import (
-    D_1,
-    SOURCE,
-    A,
-    F,
-    Identity,
-    P,
-    S,
-    T,
-    ZeroMatrix,
-    beta,
-    c,
-    k,
-    kappa,
-    letters,
-    n,
-    r,
-)
+from .letters import D_1, A, F, P, S, T, beta, c, k, kappa, letters, n, r
 
 letters = letters.here()
 alpha = letters("alpha", n, 1, "coefficients of the plant's polynomial, from `alpha_0`")
@@ -128,7 +111,7 @@ def at_sizes(values, sizes=SIZES):
 no_entry, no_column, one = ZeroMatrix(1, 1), ZeroMatrix(r, 1), Identity(n - r)
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (2), (8)-(13)")
+page = Page(letters=letters, source="Moore (1973), (2), (8)-(13)")
 
 page("""In observable companion form the plant moves every entry down by one, and the
     last column has the coefficients of its polynomial. The one output is the last
@@ -140,23 +123,13 @@ page("""Let `T` have the columns `t_1`, `F t_1`, and so on up to `F^(n-1) t_1`. 
     `D` is minus the plant's polynomial at `F`, times `t_1`.""")
 columns = page.suppose(T * Z, F * T - f * c, "9")
 is_D = page.let(D_1, -(f + T * alpha), "8")
-page(
-    letters.derive("5, 8, 9", "these solve the equation", T * A - F * T)
-    .put(is_A)
-    .expand()
-    .use(columns)
-    .fold(is_D)
-)
+start = letters.derive("5, 8, 9", "these solve the equation", T * A - F * T)
+page(start.put(is_A).expand().use(columns).fold(is_D))
 
 page("Nothing else does, for the equation moves the columns of `T` in the same way.")
 solved = page.suppose(T * A, F * T + D_1 * c, "5")
-page(
-    letters.derive("5, 9", "nothing else solves it", T * Z)
-    .insert(T * (A + alpha * c), is_A)
-    .expand()
-    .use(solved)
-    .collect(c)
-)
+start = letters.derive("5, 9", "nothing else solves it", T * Z)
+page(start.insert(T * (A + alpha * c), is_A).expand().use(solved).collect(c))
 
 page("""Let `beta` be the polynomial of `F`. The first row of `S`, `i_1` picks it, gives
     `T S'` the column `beta(F) t_1`, which is zero by Cayley and Hamilton. Every further
@@ -164,21 +137,13 @@ page("""Let `beta` be the polynomial of `F`. The first row of `S`, `i_1` picks i
     zero.""")
 first_row = page.suppose(T * S.T * i_1, T_1 * beta.T + f_r, "11")
 cayley = page.suppose(f_r, -T_1 * beta.T, "12")
-first = page(
-    letters.derive("11, 12", "the first row of all", T * S.T * i_1)
-    .use(first_row)
-    .put(cayley)
-    .expand()
-)
+start = letters.derive("11, 12", "the first row of all", T * S.T * i_1)
+first = page(start.use(first_row).put(cayley).expand())
 next_row = page.let(s_in, Z * s_i, "11")
 ends = page.suppose(c * s_i, no_entry, "11")
 with page.scope(letters.suppose(T * s_i, no_column)) as gone:
-    further = page(
-        letters.derive("11, 12", "one row after the other", T * s_in)
-        .put(next_row)
-        .use(columns)
-        .use(gone, ends)
-    )
+    start = letters.derive("11, 12", "one row after the other", T * s_in)
+    further = page(start.put(next_row).use(columns).use(gone, ends))
 
 page.induction(
     "11, 12",
@@ -194,24 +159,15 @@ page("""So `T S'` is zero. If `k` is a combination of the rows of `T`, its entri
     the recurrence.""")
 read = page.suppose(k, P * T, "7")
 annihilated = page.suppose(T * S.T, ZeroMatrix(r, n - r), "12")
-page(
-    letters.derive("10", "a combination of rows obeys the recurrence", k * S.T)
-    .put(read)
-    .use(annihilated)
-)
+start = letters.derive("10", "a combination of rows obeys the recurrence", k * S.T)
+page(start.put(read).use(annihilated))
 
 page("""A controllable `F`, `t_1` has a companion form. `t_1` to `F^(r-1) t_1`, the
     first columns `T_1` of `T`, are independent, and take `F` to it.""")
 shifted = page.suppose(T_1 * Z_r, F * T_1 - f_r * c_r, "2")
 is_F_c = page.let(F_c, Z_r - beta.T * c_r, "2")
-page(
-    letters.derive("2", "the observer in companion form", T_1 * F_c)
-    .put(is_F_c)
-    .expand()
-    .use(shifted)
-    .put(cayley)
-    .expand()
-)
+start = letters.derive("2", "the observer in companion form", T_1 * F_c)
+page(start.put(is_F_c).expand().use(shifted).put(cayley).expand())
 
 page("""Conversely let `k` obey the recurrence. Cut `S`, `T` and `k` behind column `r`.
     The cut makes `T_1`, which has an inverse, and `S_2`, a triangle with ones on its
@@ -219,49 +175,34 @@ page("""Conversely let `k` obey the recurrence. Cut `S`, `T` and `k` behind colu
     inverse, a sum of as many terms: each term more leaves a power more, until nothing
     is left.""")
 is_S_2 = page.suppose(S_2, one + N_b, "11")
-start = page(
-    letters.derive("11", "one term leaves one power", S_2 * one)
-    .put(is_S_2)
-    .by(one - (-N_b))
-)
+start = letters.derive("11", "one term leaves one power", S_2 * one)
+one_term = page(start.put(is_S_2).by(one - -N_b))
 more = page.let(X_jn, one - N_b * X_j)
 power = page.let(W_jn, -N_b * W_j)
 with page.scope(letters.suppose(S_2 * X_j, one - W_j)) as so_far:
-    another = page(
-        letters.derive("11", "one term more leaves one power more", S_2 * X_jn).by(
-            one - W_jn, is_S_2, more, so_far, power
-        )
-    )
+    start = letters.derive("11", "one term more leaves one power more", S_2 * X_jn)
+    another = page(start.by(one - W_jn, is_S_2, more, so_far, power))
 page.induction(
     "11",
     "the last columns have an inverse",
     so_far,
-    base=start,
+    base=one_term,
     step=another,
     first={X_j: one, W_j: -N_b},
     then={X_j: X_jn, W_j: W_jn},
 )
 cut_T = page.suppose(T_2 * S_2.T, -T_1 * S_1.T)
 cut_k = page.suppose(k_2 * S_2.T, -k_1 * S_1.T)
-alike = page(
-    letters.derive("10", "the recurrence continues both", k_1 * T_1.I * T_2 * S_2.T)
-    .use(cut_T)
-    .fold(cut_k)
-)
-continued = page(
-    letters.derive("10", "the recurrence continues both alike", k_1 * T_1.I * T_2)
-    .insert(k_2 * S_2.T * S_2.T.I, alike)
-    .expand()
-)
+start = letters.derive("10", "the recurrence continues both", k_1 * T_1.I * T_2 * S_2.T)
+alike = page(start.use(cut_T).fold(cut_k))
+start = letters.derive("10", "the recurrence continues both alike", k_1 * T_1.I * T_2)
+continued = page(start.insert(k_2 * S_2.T * S_2.T.I, alike).expand())
 read_1 = page.suppose(P * T_1, k_1, "7")
 read_2 = page.suppose(P * T_2, k_2, "7")
+says = "so k is a combination of the rows"
 page(
     Construction(
-        "10",
-        "so k is a combination of the rows",
-        {P: k_1 * T_1.I},
-        satisfies=(read_1, read_2),
-        by=(continued,),
+        "10", says, {P: k_1 * T_1.I}, satisfies=(read_1, read_2), by=(continued,)
     )
 )
 
@@ -272,14 +213,8 @@ page("""In other coordinates there is a state `g` that `C`, `C A`, up to `C A^(n
 moved = page.suppose(K * Z, A * K - g_n * c)
 hamilton = page.suppose(g_n, -K * alpha, "12")
 is_form = page.suppose(A_o, Z - alpha * c, "2")
-page(
-    letters.derive("1, 2", "the plant in observable companion form", K * A_o)
-    .put(is_form)
-    .expand()
-    .use(moved)
-    .put(hamilton)
-    .expand()
-)
+start = letters.derive("1, 2", "the plant in observable companion form", K * A_o)
+page(start.put(is_form).expand().use(moved).put(hamilton).expand())
 
 page("""So Moore's entries of `k` are the numbers `k A^i g`. They are also what the
     observer answers to `T g`, since the output does not see `A^i g` for `i < n -
@@ -287,23 +222,15 @@ page("""So Moore's entries of `k` are the numbers `k A^i g`. They are also what 
 next_g = page.let(g_in, A * g_i)
 hidden = page.suppose(c_1 * g_i, no_entry)
 solved_1 = page.suppose(T * A, F * T + D_1 * c_1, "5")
-page(
-    letters.derive("10", "what is tracked moves as the observer does", T * g_in)
-    .put(next_g)
-    .use(solved_1)
-    .use(hidden)
-)
+start = letters.derive("10", "what is tracked moves as the observer does", T * g_in)
+page(start.put(next_g).use(solved_1).use(hidden))
 
 page("""The first row of `S` turns these columns into `beta(A) g`, and each further row
     is the one before it moved by one place. So row `i` of the recurrence says that `k
     beta(A) A^i g` is zero: the condition for any number of outputs, beside the states
     that `C`, `C A`, up to `C A^(r-1)` do not see.""")
-page(
-    letters.derive("13", "one row of the recurrence after the other", K * s_in)
-    .put(next_row)
-    .use(moved)
-    .use(ends)
-)
+start = letters.derive("13", "one row of the recurrence after the other", K * s_in)
+page(start.put(next_row).use(moved).use(ends))
 
 page("""Time can be measured in any unit. With a unit of `tau` the sequence is divided
     by powers of `tau`, and `Lambda` has them on its diagonal. Row `i` with coefficients
@@ -313,15 +240,8 @@ turns = page.suppose(Lam * Z, Z * Lam / tau)
 scaled = page.let(k_T, Lam * kappa)
 further = page.let(s_Tn, Z * s_T, "11")
 with page.scope(letters.suppose(Lam * s_T, lam * s_i, "13")) as divided:
-    page(
-        letters.derive("13", "another unit of time divides the next row", Lam * s_Tn)
-        .put(further)
-        .use(turns)
-        .use(divided)
-        .fold(next_row)
-    )
-    page(
-        letters.derive("13", "another unit of time divides each row", s_T.T * k_T)
-        .put(scaled)
-        .use(divided)
-    )
+    says = "another unit of time divides the next row"
+    start = letters.derive("13", says, Lam * s_Tn)
+    page(start.put(further).use(turns).use(divided).fold(next_row))
+    start = letters.derive("13", "another unit of time divides each row", s_T.T * k_T)
+    page(start.put(scaled).use(divided))

@@ -15,10 +15,10 @@ from itertools import product
 
 import sympy as sp
 
-from matrixproof import Explicit, Page
+from matrixproof import Explicit, Page, ZeroMatrix
 from matrixproof.explicit import Positive
 
-from .letters import D_1, SOURCE, A, F, S, T, ZeroMatrix, beta, c, kappa, letters, n, r
+from .letters import D_1, A, F, S, T, beta, c, kappa, letters, n, r
 from .recurrence import at_sizes, named_beta, observable_form, recurrence_rows
 
 letters = letters.here()
@@ -69,72 +69,34 @@ RECURRENCE, OBSERVER = discrete_observer()
 no_rows = ZeroMatrix(n - r, 1)
 
 
-page = Page(letters=letters, source=f"{SOURCE}, the remark after (13)")
+page = Page(letters=letters, source="Moore (1973), the remark after (13)")
 
 page("""In continuous time a stable polynomial is a product of `s + a` for each real
     root and `s^2 + 2 c s + d` for each pair, all positive. Multiplied out, every
     coefficient is a sum of products of positive numbers.""")
-page(
-    Positive(
-        "after 13",
-        "a stable polynomial has positive coefficients",
-        beta,
-        0,
-        stable_coefficients(),
-    )
-)
+says = "a stable polynomial has positive coefficients"
+page(Positive("after 13", says, beta, 0, stable_coefficients()))
 
 page("Then the rows of `S` add up to a row of positive numbers as well.")
-page(
-    Positive(
-        "after 13",
-        "the rows of the recurrence add up to a positive row",
-        ones * S,
-        0,
-        at_sizes(positive_rows),
-    )
-)
+says = "the rows of the recurrence add up to a positive row"
+page(Positive("after 13", says, ones * S, 0, at_sizes(positive_rows)))
 
 page("""If the sequence obeys the recurrence, that row times the sequence is zero. With
     all entries of one sign it could only be zero if every entry were. So there is no
     such observer, even if some entries are zero, where a single row need not
     contradict.""")
 obeys = page.suppose(S * kappa, no_rows, "13")
-page(
-    letters.derive("after 13", "the sum of the rows as well", ones * S * kappa).use(
-        obeys
-    )
-)
+start = letters.derive("after 13", "the sum of the rows as well", ones * S * kappa)
+page(start.use(obeys))
 
 page("""The paper's example is `k = C`: filtering the output itself. It is ruled out
     whatever the signs are, because the last row of the recurrence says 1 = 0.""")
-page(
-    Explicit(
-        "after 13",
-        "the output itself never obeys the recurrence",
-        S * c.T,
-        last,
-        at_sizes(output_row),
-    )
-)
+says = "the output itself never obeys the recurrence"
+page(Explicit("after 13", says, S * c.T, last, at_sizes(output_row)))
 
 page("""In discrete time the remark is false: 1, 1/2 are both positive and obey the
     recurrence with the stable pole 1/2. The observer moves by `z_next = z/2 + D y`.""")
-page(
-    Explicit(
-        "after 13",
-        "a sequence of one sign in discrete time",
-        S * kappa,
-        no_rows,
-        {"n = 2, r = 1": RECURRENCE},
-    )
-)
-page(
-    Explicit(
-        "after 13",
-        "its observer",
-        T * A - F * T,
-        D_1 * c,
-        {"n = 2, r = 1": OBSERVER},
-    )
-)
+says = "a sequence of one sign in discrete time"
+page(Explicit("after 13", says, S * kappa, no_rows, {"n = 2, r = 1": RECURRENCE}))
+says = "its observer"
+page(Explicit("after 13", says, T * A - F * T, D_1 * c, {"n = 2, r = 1": OBSERVER}))

@@ -9,33 +9,12 @@ Source: ours; the rows are those of Van Dooren (1984), (13)-(20), remark 2(b).
 
 import sympy as sp
 
-from matrixproof import Explicit, Page
+from matrixproof import Explicit, Identity, Page, ZeroMatrix
 from matrixproof.lines import Equation, Iff
 
-from .letters import (
-    A_U,
-    C_U,
-    T_U,
-    D,
-    F,
-    I,
-    Identity,
-    L,
-    M,
-    S,
-    X,
-    ZeroMatrix,
-    a_f,
-    both,
-    f_i,
-    i,
-    letters,
-    n,
-    r,
-    s,
-    x_i,
-)
+from .letters import A_U, C_U, T_U, D, F, I, L, M, S, X, a_f, both, f_i, letters, x_i
 
+n, r, i, s = sp.symbols("n r i s", integer=True, nonnegative=True)
 letters = letters.here()
 y_i = letters("y_i", 1, n + r - 1, "any row of the same length")
 S_t = letters("S^T", n + r - 1, n, "puts the leading entries in their places")
@@ -117,20 +96,14 @@ page = Page(letters=letters, source="ours")
 page("""Take any row and correct it by the left inverse. What comes out solves the
     system of the row.""")
 left = page.suppose(L * M, I, "20")
-page(
-    letters.derive("20", "a solution from any row", (y_i + (-a_f - y_i * M) * L) * M)
-    .expand()
-    .use(left)
-)
+says = "a solution from any row"
+page(letters.derive("20", says, (y_i + (-a_f - y_i * M) * L) * M).expand().use(left))
 
 page("""A row that is a solution already stays as it is. So every solution is reached,
     from itself.""")
 solves = page.suppose(x_i * M, -a_f, "20")
-page(
-    letters.derive("20", "each solution is reached", x_i + (-a_f - x_i * M) * L).use(
-        solves
-    )
-)
+start = letters.derive("20", "each solution is reached", x_i + (-a_f - x_i * M) * L)
+page(start.use(solves))
 
 page("""The left inverse of back substitution corrects the leading entries alone. The
     others, `r - 1` of them, are free, and the leading ones follow by one triangle.""")
@@ -157,38 +130,18 @@ page("""Which coordinates has the state of the observer? A lower triangle keeps 
     triangle `F`, with its poles in their order.""")
 solved = page.suppose(T_U * A_U, F * T_U + D * C_U, "10")
 moved = page.suppose(N_T * F, F_N * N_T)
-page(
-    letters.derive(
-        "11, 12",
-        "a solution in coordinates of a triangle",
-        N_T * T_U * A_U - F_N * N_T * T_U,
-    )
-    .use(solved)
-    .use(moved)
-)
-page(
-    Explicit(
-        "11, 12",
-        "the poles stay where they are",
-        N_1 * F_1,
-        F_2 * N_1,
-        {f"size {size}": turned(size) for size in SIZES},
-    )
-)
+says = "a solution in coordinates of a triangle"
+start = letters.derive("11, 12", says, N_T * T_U * A_U - F_N * N_T * T_U)
+page(start.use(solved).use(moved))
+values = {f"size {size}": turned(size) for size in SIZES}
+page(Explicit("11, 12", "the poles stay where they are", N_1 * F_1, F_2 * N_1, values))
 
 page("""And it makes a unit triangle of the first columns of `T_U`, by elimination,
     where their leading minors are not zero. So the rows of (13), (14) reach all
     observers with these poles but those for which a minor is zero, and these may be
     reached with the poles in another order.""")
-page(
-    Explicit(
-        "13",
-        "elimination makes a unit triangle",
-        N_1 * W_1,
-        U_1,
-        {f"size {size}": eliminated(size) for size in SIZES},
-    )
-)
+values = {f"size {size}": eliminated(size) for size in SIZES}
+page(Explicit("13", "elimination makes a unit triangle", N_1 * W_1, U_1, values))
 
 page("""A search wants slopes. When rows above move, `M` moves in the rows that hold
     them, and the solution with it. Its leading entries are found with the same
@@ -209,19 +162,11 @@ page("""So one triangle, solved with the gradient on its right, gives the gradie
     the free entries, and what the row adds to the gradient in the rows above it.""")
 is_dJ = page.let(dJ, dx_l * g_l + dx_r * g_r)
 is_z = page.suppose(X * z_l, g_l)
-page(
-    letters.derive("", "the slope in the free entries and in the rows above", dJ)
-    .put(is_dJ)
-    .insert(dx_l * X * z_l + dx_r * g_r, is_z)
-    .use(followed)
-    .factor()
-)
+start = letters.derive("", "the slope in the free entries and in the rows above", dJ)
+page(start.put(is_dJ).insert(dx_l * X * z_l + dx_r * g_r, is_z).use(followed).factor())
 
 page("The condition of `Theta` depends on its inverse, which moves as follows.")
 inverse = page.suppose(both * back, I)
 held = page.suppose(dback * both + back * dTheta, ZeroMatrix(n, n))
-page(
-    letters.derive("", "how the inverse moves", dback)
-    .insert(dback * both * back, inverse)
-    .use(held)
-)
+start = letters.derive("", "how the inverse moves", dback)
+page(start.insert(dback * both * back, inverse).use(held))

@@ -12,7 +12,7 @@ import sympy as sp
 from matrixproof import Explicit, Page
 from matrixproof.explicit import Positive
 
-from .letters import SOURCE, letters, n
+from .letters import letters, n
 from .rows import patterns
 
 letters = letters.here()
@@ -46,9 +46,10 @@ COUNTS = {
 }
 
 
-def counted(number, says, loops, figure, rest):
-    """Loops, the paper's figure, and what is left of lower order."""
-    return Explicit(number, says, loops, sp.Add(figure, rest, evaluate=False))
+def count(number, says, loops, figure, rest=None):
+    """Write loops, the paper's figure, and what is left of lower order."""
+    both = figure if rest is None else sp.Add(figure, rest, evaluate=False)
+    page(Explicit(number, says, loops, both))
 
 
 def patterned():
@@ -65,182 +66,81 @@ def patterned():
     return found
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (21)-(25), (34), remark 2")
+page = Page(letters=letters, source="Van Dooren (1984), (21)-(25), (34), remark 2")
 
 page("""The matrix of one row has `r` entries below a diagonal. A reflector of `r`
     entries for column `j` is applied to the `n - j` columns from there on, with two
     multiply-adds for each entry it meets.""")
-page(
-    counted(
-        "21",
-        "the factors of one matrix",
-        loop(2 * r * (n - j), j, n),
-        COUNTS["one M_i"],
-        n * r,
-    )
-)
+one = loop(2 * r * (n - j), j, n)
+count("21", "the factors of one matrix", one, COUNTS["one M_i"], n * r)
 
 page("""So it is on the patterns of these matrices, where a column of one that is
     triangular already costs less.""")
-page(
-    Positive(
-        "21, 22",
-        "what the entries of the patterns cost",
-        c_M,
-        2 * k_M * d_M,
-        patterned(),
-    )
-)
+says = "what the entries of the patterns cost"
+page(Positive("21, 22", says, c_M, 2 * k_M * d_M, patterned()))
 
 page("There are `n - r` of them.")
-page(
-    counted(
-        "22",
-        "all rows",
-        both_loops(2 * r * (n - j), n, n - r),
-        COUNTS["all rows"],
-        (n - r) * n * r,
-    )
-)
+every = loop(one, k, n - r)
+count("22", "all rows", every, COUNTS["all rows"], (n - r) * n * r)
 
 page("""The rest of a row is small beside this: a triangle, and the way back through the
     reflectors.""")
-page(counted("after 21", "one triangle", loop(j + 1, j, n), n**2 / 2, n / 2))
-page(Explicit("after 21", "the way back", loop(2 * r, j, n), 2 * r * n))
+count("after 21", "one triangle", loop(j + 1, j, n), n**2 / 2, n / 2)
+count("after 21", "the way back", loop(2 * r, j, n), 2 * r * n)
 
 page("""In row `i` the first `i` columns are triangular already. Left alone, they save
     two thirds: with `r` small the count is a third of (22).""")
-page(
-    Explicit(
-        "",
-        "the columns that are not yet triangular",
-        both_loops(2 * r * (n - k - j), n - k, n - r),
-        r * (n - r) * (n**2 + n * r + 3 * n + r**2 + 3 * r + 2) / 3,
-    )
-)
+left = both_loops(2 * r * (n - k - j), n - k, n - r)
+third = r * (n - r) * (n**2 + n * r + 3 * n + r**2 + 3 * r + 2) / 3
+count("", "the columns that are not yet triangular", left, third)
 
 page("""The staircase takes a reflector for each state, applied from the left to the
     columns that follow, from the right to all rows, and to `U`. The paper counts
     more.""")
-page(
-    counted(
-        "23",
-        "the staircase",
-        loop(2 * (n - j) ** 2 + 4 * n * (n - j), j, n),
-        COUNTS["staircase, as done"],
-        3 * n**2 + n / 3,
-    )
-)
-page(
-    Positive(
-        "23",
-        "the paper counts more",
-        COUNTS["staircase"],
-        COUNTS["staircase, as done"],
-    )
-)
+turns = loop(2 * (n - j) ** 2 + 4 * n * (n - j), j, n)
+done = COUNTS["staircase, as done"]
+count("23", "the staircase", turns, done, 3 * n**2 + n / 3)
+page(Positive("23", "the paper counts more", COUNTS["staircase"], done))
 
 page("The gains: `U^* B`, then `T_U` times it, entry by entry.")
-page(
-    Explicit(
-        "25",
-        "the gain of the input",
-        sp.Add(both_loops(n, m, n), both_loops(n, m, n - r), evaluate=False),
-        COUNTS["G"],
-    )
-)
+second = both_loops(n, m, n - r)
+gain = sp.Add(both_loops(n, m, n), second, evaluate=False)
+count("25", "the gain of the input", gain, COUNTS["G"])
 
 page("""Here `T` itself is wanted. Once `T_U U^*` is there, the gain takes only the
     second product.""")
-page(
-    Explicit(
-        "25",
-        "the gain of the input by way of T",
-        sp.Add(both_loops(n, n, n - r), both_loops(n, m, n - r), evaluate=False),
-        (n - r) * n * (n + m),
-    )
-)
+gain = sp.Add(both_loops(n, n, n - r), second, evaluate=False)
+count("25", "the gain of the input by way of T", gain, (n - r) * n * (n + m))
 
 page("Each of the `n` rows of `P`, `V` takes one triangle.")
-page(
-    counted(
-        "25",
-        "the gains of the estimate",
-        both_loops(j + 1, n, n),
-        COUNTS["[P V]"],
-        n**2 / 2,
-    )
-)
+triangles = both_loops(j + 1, n, n)
+count("25", "the gains of the estimate", triangles, COUNTS["[P V]"], n**2 / 2)
 
 page("""A pair takes a system with twice the rows and columns: reflectors of `2 r`
     entries on `2 n` columns.""")
-page(
-    counted(
-        "after 33",
-        "the factors for one pair",
-        loop(4 * r * (2 * n - j), j, 2 * n),
-        8 * r * n**2,
-        4 * r * n,
-    )
-)
-page(
-    counted(
-        "34",
-        "all pairs",
-        both_loops(4 * r * (2 * n - j), 2 * n, (n - r) / 2),
-        COUNTS["pairs, doubled real systems"],
-        (n - r) * r * n * 2,
-    )
-)
+pair, doubled = loop(4 * r * (2 * n - j), j, 2 * n), "pairs, doubled real systems"
+count("after 33", "the factors for one pair", pair, 8 * r * n**2, 4 * r * n)
+pairs = loop(pair, k, (n - r) / 2)
+count("34", "all pairs", pairs, COUNTS[doubled], (n - r) * r * n * 2)
 
 page("""In complex arithmetic the rows are those of (22), and each multiply-add costs
     four real ones: just as much. But one complex row serves both poles of a pair, so
     that only half of the rows are needed.""")
-page(
-    counted(
-        "remark 2(a)",
-        "complex arithmetic costs as much",
-        both_loops(8 * r * (n - j), n, n - r),
-        COUNTS["pairs, doubled real systems"],
-        (n - r) * n * r * 4,
-    )
-)
-page(
-    counted(
-        "remark 2(a)",
-        "one complex row for a pair costs half",
-        both_loops(8 * r * (n - j), n, (n - r) / 2),
-        COUNTS["pairs, complex rows"],
-        (n - r) * n * r * 2,
-    )
-)
+complex_ = both_loops(8 * r * (n - j), n, n - r)
+says = "complex arithmetic costs as much"
+count("remark 2(a)", says, complex_, COUNTS[doubled], (n - r) * n * r * 4)
+complex_ = both_loops(8 * r * (n - j), n, (n - r) / 2)
+half, says = COUNTS["pairs, complex rows"], "one complex row for a pair costs half"
+count("remark 2(a)", says, complex_, half, (n - r) * n * r * 2)
 
 page("""For more than three outputs, and many more states, the rows cost more than the
     staircase. Back substitution costs a triangle for each row, doubled in size for a
     pair, and `n^3` for all.""")
-page(
-    Explicit(
-        "remark 2(b)",
-        "what the rows cost more than the staircase",
-        sp.Add(COUNTS["all rows"], -COUNTS["staircase"], evaluate=False),
-        n**2 * ((r - 3) * n - r * (r + 1)),
-    )
-)
-page(
-    counted(
-        "remark 2(b)",
-        "back substitution for a pair",
-        loop(j + 1, j, 2 * n),
-        2 * n**2,
-        n,
-    )
-)
-page(
-    counted(
-        "remark 2(b)",
-        "back substitution for all rows",
-        both_loops(j + 1, n, n - r),
-        n**3 / 2,
-        (n - r) * n / 2 - r * n**2 / 2,
-    )
-)
+more = sp.Add(COUNTS["all rows"], -COUNTS["staircase"], evaluate=False)
+says = "what the rows cost more than the staircase"
+count("remark 2(b)", says, more, n**2 * ((r - 3) * n - r * (r + 1)))
+triangle = loop(j + 1, j, 2 * n)
+count("remark 2(b)", "back substitution for a pair", triangle, 2 * n**2, n)
+triangles = both_loops(j + 1, n, n - r)
+rest = (n - r) * n / 2 - r * n**2 / 2
+count("remark 2(b)", "back substitution for all rows", triangles, n**3 / 2, rest)

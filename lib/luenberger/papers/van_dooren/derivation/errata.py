@@ -58,52 +58,32 @@ def correct_M4():
     )
 
 
-def sign_of_20():
-    """(20) x'M_i = af_i' against x'M_i = -af_i'."""
-    p, i, f = Pattern((1, 2)), 0, sp.Symbol("f_ii")
-    M, af = p.M(i, f)
-    x = row_symbols(p, i)
-    t = sp.Matrix.hstack(sp.eye(1), x[1])
-    row = t * p.A - f * t - x[2] * p.C
-    system = sp.Matrix.hstack(*x) * M
-    return (row - system + af).expand(), (row - system - af).expand()
-
-
-def order_of_31():
-    """Row i first in (31), against the printed order with row i + 1 first."""
-    p = Pattern((2, 2))
-    residual, _, _ = two_rows(p, 0)
-    x, M, known, _ = system_of_a_pair(p, 0).values()
-    system = x * M + known
-    swapped = sp.Matrix.vstack(residual[1, :], residual[0, :])
-    return (
-        (interleaved(swapped) - system).expand(),
-        (interleaved(residual) - system).expand(),
-    )
-
-
-def form_8():
-    """A tall stair in the form (8), and C_k triangular, without turning the outputs.
-
-    The vector c = C_k A_21 of stairs (1, 2) belongs to the plant: no unitary state
-    transformation changes it but by a phase.  With both blocks as in (8) its last
-    entry would be zero; with the triangle of A_21 in its last rows it is free.
-    """
-    printed, ours = Pattern((1, 2), printed=True), Pattern((1, 2))
-    c = sp.Matrix(sp.symbols("c_1 c_2"))
-    blocks = [(p.C[:, 1:], p.A[1:, :1]) for p in (printed, ours)]
-    unknown = [sp.Matrix([block[1][k] for k in range(2)]) for block in blocks]
-    lost = (blocks[0][0] * unknown[0] - c)[1]
-    solved = blocks[1][0].LUsolve(c)
-    return lost, (blocks[1][0] * solved - c).applyfunc(sp.cancel)
-
-
 def entries():
     """{place and what is printed: (printed residual, correct residual)}."""
+    p, f = Pattern((1, 2)), sp.Symbol("f_ii")
+    M, af = p.M(0, f)
+    x = row_symbols(p, 0)
+    t = sp.Matrix.hstack(sp.eye(1), x[1])
+    left = t * p.A - f * t - x[2] * p.C - sp.Matrix.hstack(*x) * M
+    square = Pattern((2, 2))
+    residual, _, _ = two_rows(square, 0)
+    x_b, M_b, known, _ = system_of_a_pair(square, 0).values()
+    swapped = sp.Matrix.vstack(residual[1, :], residual[0, :])
     pairs = (n - r) / 2 * (2 * r) * (2 * n) ** 2
+    # The vector c = C_k A_21 of stairs (1, 2) belongs to the plant: no unitary state
+    # transformation changes it but by a phase.  With both blocks as in (8) its last
+    # entry would be zero; with the triangle of A_21 in its last rows it is free.
+    c, as_in_8 = sp.Matrix(sp.symbols("c_1 c_2")), Pattern((1, 2), printed=True)
+    (C_8, A_8), (C_k, _) = ((q.C[:, 1:], q.A[1:, :1]) for q in (as_in_8, p))
     return {
-        "(20) x'M_i = af_i' has lost a minus sign": sign_of_20(),
-        "(31) is right as printed: with row i first it fails": order_of_31(),
+        "(20) x'M_i = af_i' has lost a minus sign": (
+            (left + af).expand(),
+            (left - af).expand(),
+        ),
+        "(31) is right as printed: with row i first it fails": (
+            (interleaved(swapped) - x_b * M_b - known).expand(),
+            (interleaved(residual) - x_b * M_b - known).expand(),
+        ),
         "after (20): column 5 of the example has no safe leading entry": (
             unsafe(PRINTED_M4),
             unsafe(correct_M4()),
@@ -112,5 +92,8 @@ def entries():
             sp.expand(4 * (n - 4) * r * n**2 - pairs),
             sp.expand(4 * (n - r) * r * n**2 - pairs),
         ),
-        "(8) cannot hold for a tall stair and C_k with CU = [0 C_k]": form_8(),
+        "(8) cannot hold for a tall stair and C_k with CU = [0 C_k]": (
+            (C_8 * A_8 - c)[1],
+            (C_k * C_k.LUsolve(c) - c).applyfunc(sp.cancel),
+        ),
     }

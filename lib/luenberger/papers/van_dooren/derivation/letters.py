@@ -6,11 +6,7 @@ U U* = U* U = I is used of it, so the plant may be complex.
 
 from sympy import symbols
 
-from matrixproof import Identity as Identity
-from matrixproof import Notation
-from matrixproof import ZeroMatrix as ZeroMatrix
-
-SOURCE = "Van Dooren (1984)"
+from matrixproof import Identity, Notation
 
 n, m, r, i, s, q = symbols("n m r i s q", integer=True, nonnegative=True)
 letters = Notation()

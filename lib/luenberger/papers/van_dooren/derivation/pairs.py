@@ -13,26 +13,10 @@ the form of the stairs matters are our own.
 import sympy as sp
 from sympy.matrices import kronecker_product
 
-from matrixproof import Explicit, Page
+from matrixproof import Explicit, Page, ZeroMatrix
 from matrixproof.lines import Equation, Iff
 
-from .letters import (
-    A_U,
-    C_U,
-    SOURCE,
-    T_U,
-    M,
-    N,
-    T_i,
-    ZeroMatrix,
-    a_f,
-    i,
-    letters,
-    n,
-    r,
-    w,
-    x_i,
-)
+from .letters import A_U, C_U, T_U, M, N, T_i, a_f, i, letters, n, r, w, x_i
 from .rows import Pattern, patterns, picks, row_symbols, triangle
 
 letters = letters.here()
@@ -184,28 +168,19 @@ def over_patterns(values, wanted=lambda p, i: True):
 # -- the page -------------------------------------------------------------------------
 
 
-page = Page(letters=letters, source=f"{SOURCE}, (26)-(33)")
+page = Page(letters=letters, source="Van Dooren (1984), (26)-(33)")
 
 page("""A real plant should have a real observer. For a pair of poles there is a block
     of `F` that is real.""")
-page(
-    Explicit(
-        "26, remark 1",
-        "the eigenvalues of the block",
-        Lam * Y,
-        Y * Delta,
-        {"": block()},
-    )
-)
+says = "the eigenvalues of the block"
+page(Explicit("26, remark 1", says, Lam * Y, Y * Delta, {"": block()}))
 
 page("""The rows `i` and `i + 1` of the equation are solved together: what is known on
     the left, unknown `f_p` and `d_p` on the right.""")
 is_F = page.suppose(F_p * T_U, f_p * T_i + Lam * T_p, "27")
-known_left = page(
-    letters.derive(
-        "28, 29", "the two rows of the equation", T_p * A_U - F_p * T_U - d_p * C_U
-    ).use(is_F)
-)
+says = "the two rows of the equation"
+start = letters.derive("28, 29", says, T_p * A_U - F_p * T_U - d_p * C_U)
+known_left = page(start.use(is_F))
 page.chain(
     "28, 29",
     "what is known stands on the left",
@@ -218,105 +193,51 @@ page.chain(
 
 page("""The page makes one vector of them, row `i + 1` before row `i` in every column,
     and one matrix of Kronecker products.""")
-page(
-    Explicit(
-        "31, 33",
-        "two rows as one, times the Kronecker products",
-        t_b * K_b,
-        rho,
-        over_patterns(order_of_a_pair),
-    )
-)
+says = "two rows as one, times the Kronecker products"
+page(Explicit("31, 33", says, t_b * K_b, rho, over_patterns(order_of_a_pair)))
 
 page("""The rows of that matrix below the known entry, with `T_i` above and `C_U` below
     them, make the system for the pair. Here `tau`, the entry of row `i + 1` above which
     row `i` begins its unknowns, is one of the unknowns.""")
-page(
-    Explicit(
-        "30, 31, 32",
-        "the system of doubled size",
-        x_b * M_b + a_b,
-        rho,
-        over_patterns(system_of_a_pair),
-    )
-)
+values = over_patterns(system_of_a_pair)
+page(Explicit("30, 31, 32", "the system of doubled size", x_b * M_b + a_b, rho, values))
 
 page("It can always be solved: its leading rows make a triangle, as for one row.")
-page(
-    Explicit(
-        "32",
-        "with tau unknown the leading rows make a triangle",
-        S_b * M_b,
-        X_b,
-        over_patterns(repaired),
-    )
-)
+says = "with tau unknown the leading rows make a triangle"
+page(Explicit("32", says, S_b * M_b, X_b, over_patterns(repaired)))
 
 page("""The page puts `tau = 1`, as (28) has it, and leaves its row out. That is
     sound where this row leads no column, which is so where the local stair is wider
     than one.""")
-page(
-    Explicit(
-        "32",
-        "where a stair is wide enough the printed rows do as well",
-        S_c * M_c,
-        X_b,
-        over_patterns(printed_and_sound, lambda p, i: not p.one_wide(i)),
-    )
-)
+says = "where a stair is wide enough the printed rows do as well"
+values = over_patterns(printed_and_sound, lambda p, i: not p.one_wide(i))
+page(Explicit("32", says, S_c * M_c, X_b, values))
 
 page("""Elsewhere it is wrong. Whether a stair is wide enough depends on its form: the
     stairs (1, 2, 2) pass with the triangle in the last rows of the tall stair, and fail
     with (8) as printed.""")
-page(
-    Explicit(
-        "32",
-        "a column that leads only to the entry beside the one",
-        M * v_i,
-        e_i,
-        over_patterns(entry_that_is_met, Pattern.one_wide),
-    )
-)
-page(
-    Explicit(
-        "32",
-        "the printed system has no left inverse",
-        M_c * v_b,
-        ZeroMatrix(2 * (n + r) - 3, 1),
-        over_patterns(printed_and_singular, Pattern.one_wide),
-    )
-)
+says = "a column that leads only to the entry beside the one"
+values = over_patterns(entry_that_is_met, Pattern.one_wide)
+page(Explicit("32", says, M * v_i, e_i, values))
+says = "the printed system has no left inverse"
+values = over_patterns(printed_and_singular, Pattern.one_wide)
+page(Explicit("32", says, M_c * v_b, ZeroMatrix(2 * (n + r) - 3, 1), values))
 
 page("""The pair is one complex row as well: the row `w` turns the block into the pole
     `a + j b`, and the two rows into the system of one row. So no doubled system is
     needed.""")
 eigenrow = page.suppose(w * Lam, N * w)
-page(
-    letters.derive(
-        "29",
-        "the pair is one complex row",
-        w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U),
-    )
-    .expand()
-    .use(eigenrow)
-)
+says = "the pair is one complex row"
+start = letters.derive("29", says, w * (T_p * A_U - Lam * T_p - f_p * T_i - d_p * C_U))
+page(start.expand().use(eigenrow))
 
 page("""Its imaginary part has `tau`. Times that column the system gives the entry
     beside the one, of which `tau` is the imaginary part: `b` over the entry of the
     stair, which is zero only if `b` is. Where the stair is wider `tau` stays free.""")
 solved = page.suppose(x_i * M, -a_f, "18")
 met = page.suppose(M * v_i, e_i)
-page(
-    letters.derive("32", "what the entry beside the one must be", x_i * e_i)
-    .fold(met)
-    .use(solved)
-)
-page(
-    Explicit(
-        "32",
-        "its imaginary part is b over the entry of the stair",
-        (a_0 - a_f) * v_i,
-        sp.I * tau,
-        over_patterns(forced, Pattern.one_wide),
-    )
-)
+start = letters.derive("32", "what the entry beside the one must be", x_i * e_i)
+page(start.fold(met).use(solved))
+says = "its imaginary part is b over the entry of the stair"
+values = over_patterns(forced, Pattern.one_wide)
+page(Explicit("32", says, (a_0 - a_f) * v_i, sp.I * tau, values))

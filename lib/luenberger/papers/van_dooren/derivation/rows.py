@@ -10,14 +10,13 @@ Source: Van Dooren (1984), (13)-(21), remark 2(b).
 
 import sympy as sp
 
-from matrixproof import BlockMatrix, Explicit, Page
+from matrixproof import BlockMatrix, Explicit, Page, ZeroMatrix
 from matrixproof.explicit import Construction
 from matrixproof.lines import Equation, Iff
 
 from .letters import (
     A_U,
     C_U,
-    SOURCE,
     T_U,
     I,
     L,
@@ -25,20 +24,17 @@ from .letters import (
     S,
     T_i,
     X,
-    ZeroMatrix,
     a_f,
     both,
     d,
     f,
     f_i,
-    i,
     letters,
-    n,
-    r,
     t,
     x_i,
 )
 
+n, r, i = sp.symbols("n r i", integer=True, nonnegative=True)
 letters = letters.here()
 t_i = letters("t_i", 1, n - i - 1, "the unknown entries of that row")
 e = letters("e", 1, n, "picks the row")
@@ -169,19 +165,13 @@ unknowns = BlockMatrix([[f_i, t_i, d]])
 system = BlockMatrix([[-T_i], [A_f], [-C_U]])
 
 
-page = Page(letters=letters, source=f"{SOURCE}, section 3, to (21)")
+page = Page(letters=letters, source="Van Dooren (1984), section 3, to (21)")
 
 page("""Look for `T_U` as a triangle with ones on its diagonal. Whatever its other
     entries are, `T_U` above `C_U` is then invertible, because `C_k` is.""")
-page(
-    Explicit(
-        "10, 13",
-        "the determinant is that of the outputs",
-        sp.Determinant(both),
-        sp.Determinant(C_k),
-        {f"stairs {stairs}": compound(stairs) for stairs in STAIRS[:3]},
-    )
-)
+says = "the determinant is that of the outputs"
+values = {f"stairs {stairs}": compound(stairs) for stairs in STAIRS[:3]}
+page(Explicit("10, 13", says, sp.Determinant(both), sp.Determinant(C_k), values))
 
 page("""Row `i` of `F` has unknown entries, the pole `f_ii`, and zeros. Row `i` of `T_U`
     has zeros, a one, and unknown entries. So no row of `T_U` below it takes part.""")
@@ -189,13 +179,10 @@ is_f = page.suppose(f * T_U, f_i * T_i + t * L_f, "14")
 is_t = page.suppose(t, e + t_i * E, "14")
 is_a = page.suppose(e * (A_U - L_f), a_f, "19")
 is_A_f = page.suppose(E * (A_U - L_f), A_f, "19")
+says = "a row of the equation is linear in what is left"
+start = letters.derive("15, 16, 18", says, t * A_U - f * T_U - d * C_U)
 row = page(
-    letters.derive(
-        "15, 16, 18",
-        "a row of the equation is linear in what is left",
-        t * A_U - f * T_U - d * C_U,
-    )
-    .use(is_f)
+    start.use(is_f)
     .put(is_t)
     .expand()
     .use(is_a, is_A_f)
@@ -217,50 +204,30 @@ page.chain(
 page("""In every column of `M` the last entry that is not zero is `-1` or an entry of a
     stair, each in a row of its own. These rows make a triangle whose diagonal does not
     contain the pole.""")
-page(
-    Explicit(
-        "18, 20",
-        "the rows that lead the columns make a triangle",
-        S * M,
-        X,
-        leading_rows(),
-    )
-)
+says = "the rows that lead the columns make a triangle"
+page(Explicit("18, 20", says, S * M, X, leading_rows()))
 
 page("So the system can be solved, whatever the pole is.")
 picked = page.suppose(S * M, X, "20")
 left = page.suppose(L * M, I, "20")
-page(
-    Construction("20", "a left inverse", {L: X.I * S}, satisfies=(left,), by=(picked,))
-)
+says = "a left inverse"
+page(Construction("20", says, {L: X.I * S}, satisfies=(left,), by=(picked,)))
 
 page("""That is back substitution: it costs less than anything else, uses the rows of
     the stairs alone, and may give a sensitive solution.""")
-page(
-    letters.derive(
-        "remark 2(b)", "a solution by back substitution", -a_f * X.I * S * M
-    ).use(picked)
-)
+says = "a solution by back substitution"
+page(letters.derive("remark 2(b)", says, -a_f * X.I * S * M).use(picked))
 
 page("The solution of least norm uses all rows. It comes from a factorisation.")
 factors = page.suppose(M, Q * R, "21")
 orthonormal = page.suppose(Qs * Q, I, "21")
-page(
-    letters.derive("21", "a solution from the factors", -a_f * R.I * Qs * M)
-    .put(factors)
-    .use(orthonormal)
-)
+start = letters.derive("21", "a solution from the factors", -a_f * R.I * Qs * M)
+page(start.put(factors).use(orthonormal))
 
 page("""Every other solution differs by an `h` with `h M = 0`, so that `h Q = 0`. It is
     longer by `h h^*`.""")
 no_part = page.suppose(h * Q, ZeroMatrix(1, n))
 no_part_too = page.suppose(Qs * h_star, ZeroMatrix(n, 1))
-page(
-    letters.derive(
-        "21",
-        "no solution is shorter",
-        (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star),
-    )
-    .expand()
-    .use(no_part, no_part_too, orthonormal)
-)
+says = "no solution is shorter"
+start = letters.derive("21", says, (h - a_f * R.I * Qs) * (h_star - Q * Rs.I * a_star))
+page(start.expand().use(no_part, no_part_too, orthonormal))

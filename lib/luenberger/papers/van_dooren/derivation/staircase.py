@@ -8,9 +8,9 @@ conjugate transpose, as on the other pages.
 Source: Van Dooren (1984), (7); the paper cites the staircase, the proof is our own.
 """
 
-from matrixproof import BlockMatrix, Page
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
 
-from .letters import SOURCE, A, C, I, Identity, ZeroMatrix, letters, n, q, r, s
+from .letters import A, C, I, letters, n, q, r, s
 
 letters = letters.here()
 v_0 = letters("v_0", n, 1, "a column of length one that `C` does not see")
@@ -49,7 +49,7 @@ def blocks(*rows):
 none, no_output = ZeroMatrix(n - q, q), ZeroMatrix(r, n - q)
 last = Identity(q)
 
-page = Page(letters=letters, source=f"{SOURCE}, (7)")
+page = Page(letters=letters, source="Van Dooren (1984), (7)")
 
 page("""If the columns of `C` are independent, nothing is to be done. If they are not,
     there is a column `v_0` of length one with `C v_0 = 0`. A reflector takes the first
@@ -63,11 +63,8 @@ page("""By induction over the columns, the others are gathered by a unitary matr
 gathered_a = page.suppose(C * Q_1 * W_a, ZeroMatrix(r, n - q - 1))
 gathered_b = page.suppose(C * Q_1 * W_b, C_1)
 is_U_0 = page.let(U_0, blocks([v_0, Q_1 * W_a, Q_1 * W_b]))
-page(
-    letters.derive("7", "the outputs meet the last states only", C * U_0)
-    .multiply(is_U_0)
-    .use(unseen, gathered_a, gathered_b)
-)
+start = letters.derive("7", "the outputs meet the last states only", C * U_0)
+page(start.multiply(is_U_0).use(unseen, gathered_a, gathered_b))
 
 page("""In these coordinates, with the columns `U_a` and `U_b`, the plant has four
     blocks. Those that begin with the states that `C` does not meet make the smaller
@@ -90,21 +87,15 @@ page("""A pair is observable if no columns but zeros are taken to combinations o
 with page.scope(
     letters.suppose(A_1 * V_0, V_0 * M_0), letters.suppose(A_3 * V_0, ZeroMatrix(q, s))
 ) as hidden:
-    page(
-        letters.derive("7", "hidden columns move among themselves", A * U_a * V_0)
-        .use(moves)
-        .use(*hidden)
-    )
+    start = letters.derive("7", "hidden columns move among themselves", A * U_a * V_0)
+    page(start.use(moves).use(*hidden))
     page(letters.derive("7", "and meet no output", C * U_a * V_0).use(apart))
 
 page("""If the whole pair is observable, `U_a V_0` is therefore zero, and `V_0` with it.
     So the smaller pair is observable.""")
 with page.scope(letters.suppose(U_a * V_0, ZeroMatrix(n, s))) as zero:
-    page(
-        letters.derive("7", "no columns are hidden in the smaller pair", V_0)
-        .insert(U_as * U_a * V_0, orthonormal)
-        .use(zero)
-    )
+    start = letters.derive("7", "no columns are hidden in the smaller pair", V_0)
+    page(start.insert(U_as * U_a * V_0, orthonormal).use(zero))
 
 page("""By induction over the states, the smaller pair is brought to a staircase by a
     unitary `U_2`: `A_t` has the stairs, and `A_l` is zero but for its last columns,
@@ -119,22 +110,12 @@ is_Ds_2 = page.let(Ds_2, blocks([Us_2, none], [none.T, last]))
 unitary = page.suppose(Us_2 * U_2, Identity(n - q))
 is_A_s = page.let(A_t, Us_2 * A_1 * U_2, "7")
 is_A_l = page.let(A_l, A_3 * U_2, "7")
-page(
-    letters.derive("7", "both together are unitary", Ds_2 * D_2)
-    .multiply(is_Ds_2, is_D_2)
-    .use(unitary)
-)
-page(
-    letters.derive("7", "the staircase of the whole", Ds_2 * Us_C * A * U_C * D_2)
-    .fold(is_A_b)
-    .multiply(four, is_Ds_2, is_D_2)
-    .fold(is_A_s, is_A_l)
-)
-page(
-    letters.derive("7", "the outputs stay where they are", C * U_C * D_2)
-    .fold(is_C_b)
-    .multiply(gathered, is_D_2)
-)
+start = letters.derive("7", "both together are unitary", Ds_2 * D_2)
+page(start.multiply(is_Ds_2, is_D_2).use(unitary))
+start = letters.derive("7", "the staircase of the whole", Ds_2 * Us_C * A * U_C * D_2)
+page(start.fold(is_A_b).multiply(four, is_Ds_2, is_D_2).fold(is_A_s, is_A_l))
+start = letters.derive("7", "the outputs stay where they are", C * U_C * D_2)
+page(start.fold(is_C_b).multiply(gathered, is_D_2))
 
 page("""`C` is not zero, because the pair is observable, so each step takes one state at
     least. It ends when the columns of `C` are independent and no state is left. Every

@@ -6,30 +6,11 @@ kinds of time: the index + is the next instant or the derivative.
 Source: Van Dooren (1984), (1)-(12), (24), remark 2(c); reflectors after Householder.
 """
 
-from matrixproof import BlockMatrix, Page
+from matrixproof import BlockMatrix, Identity, Page, ZeroMatrix
 from matrixproof.explicit import Construction
 
 from ....theory import observer
-from .letters import (
-    A_U,
-    C_U,
-    SOURCE,
-    T_U,
-    A,
-    C,
-    D,
-    F,
-    I,
-    Identity,
-    W,
-    ZeroMatrix,
-    letters,
-    m,
-    n,
-    r,
-    s,
-    x,
-)
+from .letters import A_U, C_U, T_U, A, C, D, F, I, W, letters, m, n, r, s, x
 
 letters = letters.here()
 B = letters("B", n, m, "what the input does to the state")
@@ -84,7 +65,7 @@ def stacked(*blocks):
 nothing = ZeroMatrix(r - 1, 1)
 
 
-page = Page(letters=letters, source=f"{SOURCE}, sections 1 and 2")
+page = Page(letters=letters, source="Van Dooren (1984), sections 1 and 2")
 
 page("The plant, the observer, and its estimate of the whole state.")
 is_x = page.let(x_next, A * x + B * u, "1")
@@ -113,17 +94,10 @@ page("""So the error is `F^t` times what it was at the start; in continuous time
     both move by `F`, and an error that moves so has no choice.""")
 flows = page.let(Phi_next, F * Phi)
 with page.scope(letters.suppose(eps, Phi * eps_0)) as carried:
-    page(
-        letters.derive("6", "the error at any time", eps_next)
-        .put(free)
-        .put(carried)
-        .fold(flows)
-    )
-    page(
-        letters.derive("6", "the error of the estimate at any time", x_hat - x)
-        .use(errs)
-        .put(carried)
-    )
+    start = letters.derive("6", "the error at any time", eps_next)
+    page(start.put(free).put(carried).fold(flows))
+    start = letters.derive("6", "the error of the estimate at any time", x_hat - x)
+    page(start.use(errs).put(carried))
 
 page("""Unitary coordinates neither enlarge a rounding error nor change how sensitive
     the solution is. They turn the equation for `T` into one for `T_U`.""")
@@ -131,18 +105,11 @@ inverse = page.suppose(U * Us, I, "7")
 is_A_U = page.let(A_U, Us * A * U, "7")
 is_C_U = page.let(C_U, C * U, "7")
 is_T_U = page.let(T_U, T * U, "10")
-page(
-    letters.derive("9, 10", "the equation in these coordinates", T_U * A_U - F * T_U)
-    .put(is_T_U, is_A_U)
-    .use(inverse)
-    .use(tracked)
-    .fold(is_C_U)
-)
-page(
-    letters.derive("9, 10", "both are invertible or none is", stacked(T, C) * U)
-    .multiply()
-    .fold(is_T_U, is_C_U)
-)
+says = "the equation in these coordinates"
+start = letters.derive("9, 10", says, T_U * A_U - F * T_U)
+page(start.put(is_T_U, is_A_U).use(inverse).use(tracked).fold(is_C_U))
+start = letters.derive("9, 10", "both are invertible or none is", stacked(T, C) * U)
+page(start.multiply().fold(is_T_U, is_C_U))
 
 page("A solution in these coordinates leads back, with both gains.")
 solved = page.suppose(T_U * A_U, F * T_U + D * C_U, "10")
@@ -168,25 +135,16 @@ page(
 page("""A unitary change of the observer's state brings `F` to triangular form, and
     changes `T_U` and `D` with it. So a triangular `F` loses nothing.""")
 turned = page.suppose(W * Ws, Identity(n - r))
-page(
-    letters.derive(
-        "11, 12",
-        "the observer in other coordinates",
-        Ws * T_U * A_U - Ws * F * W * Ws * T_U,
-    )
-    .use(turned)
-    .use(solved)
+says = "the observer in other coordinates"
+start = letters.derive("11, 12", says, Ws * T_U * A_U - Ws * F * W * Ws * T_U)
+page(start.use(turned).use(solved))
+start = letters.derive(
+    "11, 12",
+    "and its matrix is invertible as before",
+    BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
+    * stacked(Ws * T_U, C_U),
 )
-page(
-    letters.derive(
-        "11, 12",
-        "and its matrix is invertible as before",
-        BlockMatrix([[W, ZeroMatrix(n - r, r)], [ZeroMatrix(r, n - r), Identity(r)]])
-        * stacked(Ws * T_U, C_U),
-    )
-    .multiply()
-    .use(turned)
-)
+page(start.multiply().use(turned))
 
 page("""That the stairs can be triangles is a construction. A reflector takes a column
     to any other of the same length; for complex entries the phase of `b_s` is chosen so
@@ -195,65 +153,38 @@ is_v = page.let(v, a_s - b_s)
 is_vs = page.let(vs, as_s - bs_s)
 long = page.suppose(bs_s * b_s, as_s * a_s)
 real = page.suppose(as_s * b_s, bs_s * a_s)
-doubled = page(
-    letters.derive("8", "how long the vector of a reflector is", vs * v)
-    .put(is_v, is_vs)
-    .expand()
-    .use(long, real)
-    .factor()
-    .fold(is_vs)
-)
+start = letters.derive("8", "how long the vector of a reflector is", vs * v)
+doubled = page(start.put(is_v, is_vs).expand().use(long, real).factor().fold(is_vs))
 
 page("So there is a `beta`, unless the columns are the same and nothing is to be done.")
 scaled = page.suppose(beta * vs * a_s, Identity(1))
-page(
-    letters.derive(
-        "8", "a reflector leaves one entry of a column", (I - v * beta * vs) * a_s
-    )
-    .expand()
-    .use(scaled)
-    .put(is_v)
-    .expand()
-)
-norm = page(
-    letters.derive("8", "the factor of a reflector", beta * vs * v)
-    .use(doubled)
-    .use(scaled)
-)
-page(
-    letters.derive(
-        "8",
-        "a reflector is its own inverse",
-        (I - v * beta * vs) * (I - v * beta * vs),
-    )
-    .expand()
-    .use(norm)
-)
+says = "a reflector leaves one entry of a column"
+start = letters.derive("8", says, (I - v * beta * vs) * a_s)
+page(start.expand().use(scaled).put(is_v).expand())
+start = letters.derive("8", "the factor of a reflector", beta * vs * v)
+norm = page(start.use(doubled).use(scaled))
+says = "a reflector is its own inverse"
+start = letters.derive("8", says, (I - v * beta * vs) * (I - v * beta * vs))
+page(start.expand().use(norm))
 
 page("""One reflector for each column makes a triangle of a stair: if what is left
     behind the first column has a triangle, so has the whole.""")
 smaller = page.suppose(Qs_r * A_r, R_r)
-page(
-    letters.derive(
-        "8",
-        "one column after the other",
-        BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
-        * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
-    )
-    .multiply()
-    .use(smaller)
+start = letters.derive(
+    "8",
+    "one column after the other",
+    BlockMatrix([[Identity(1), ZeroMatrix(1, r - 1)], [nothing, Qs_r]])
+    * BlockMatrix([[rho_s, h_s], [nothing, A_r]]),
 )
+page(start.multiply().use(smaller))
 
 page("""Independent columns make all entries of its diagonal different from zero. The
     reflectors turn the states of the next stair, which is made a triangle after it, and
     so on; the last ones turn the outputs.""")
 factors = page.suppose(A_s * W_s, Q_s * J_s * R_s)
 unitary = page.suppose(Qs_s * Q_s, Identity(r))
-page(
-    letters.derive("8", "a stair becomes a triangle", Qs_s * A_s * W_s)
-    .use(factors)
-    .use(unitary)
-)
+start = letters.derive("8", "a stair becomes a triangle", Qs_s * A_s * W_s)
+page(start.use(factors).use(unitary))
 
 page("""Whoever may not turn the outputs begins at the other end, with the columns of
     `C_k`, and gets triangles in the last rows of tall stairs. Whoever may turn them

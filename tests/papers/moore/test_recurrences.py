@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import luenberger as lb
-from luenberger.papers.moore.admissible import Admissible, OverFloats, time_scale
+from luenberger.papers.moore.recurrences import Admissible, OverFloats, time_scale
 
 A = np.array([[0.1, 0.7, 0.0], [0.3, 0.2, 0.0], [0.1, 0.0, 0.6]])
 
