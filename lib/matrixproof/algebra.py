@@ -18,7 +18,6 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .families import (
     in_turn,
     refuse_captured,
-    scaled,
     settled,
     sums,
 )
@@ -464,7 +463,7 @@ class Algebra:
                 total = total @ a
         if scale.has(sp.Trace):
             raise TypeError("a trace times a matrix has no normal form")
-        return scaled(scale, total)
+        return scale * total
 
     def _power(self, base, exponent):
         if not exponent.is_Integer or exponent == 0:
@@ -502,7 +501,7 @@ class Algebra:
             return Traces(self, [((), expr)])
         if len(traces) > 1 or not isinstance(traces[0], (sp.Trace, sp.Add)):
             raise TypeError(f"not linear in traces: {expr}")
-        return scaled(expr / traces[0], self._scalar(traces[0]))
+        return (expr / traces[0]) * self._scalar(traces[0])
 
     # -- calculus ---------------------------------------------------------------
 
@@ -511,6 +510,8 @@ class Algebra:
         for x, dx in increments.items():
             if not all(isinstance(s, sp.MatrixSymbol) for s in (x, dx)):
                 raise TypeError(f"{dx} is no increment of {x}: both must be letters")
+            if isinstance(x, Member):
+                raise TypeError(f"{x} is one of a family: the others would stay")
             if not same_shape(x.shape, dx.shape):
                 raise ShapeError(f"{dx} {dx.shape} is no increment of {x} {x.shape}")
         value = self.normal(expr)

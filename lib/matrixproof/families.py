@@ -126,16 +126,6 @@ def degree(c, sign):
     return sp.degree(c, sign) if c.is_polynomial(sign) else 2
 
 
-def scaled(scale, value):
-    """A normal form times a number, which must not sum over what is summed already."""
-    if twice := {s.index for s in sums(scale)} & summed(value):
-        i = shown(min(twice))
-        raise ValueError(
-            f"there is a sum over {i} within a sum over {i}: use another index"
-        )
-    return scale * value
-
-
 def alike(expr):
     """An expression in which all members of a family are one, for explicit values."""
     copies = {

@@ -17,7 +17,7 @@ from .proofs import Unproved, attempted, prove
 from .prose import FORMULA, as_latex, plain
 from .relations import Reasons, Relation, equation, named, refuse_means
 from .rewriting import Contradiction
-from .symbols import MatrixProduct, Over
+from .symbols import MatrixProduct, MatrixSum, Over
 from .typeset import WIDEST, Show, latex, pieces, text, width
 from .words import Formula, ShapeError, Symbols, is_letter
 
@@ -436,6 +436,20 @@ class Iff(Implies):
         )
 
 
+def squared(root: Formula) -> Formula:
+    """A root times its transpose, numbers in front; of a row of roots, block by block.
+
+    So the sign of a sum in a root stands before the square, as its root is a number.
+    """
+    if isinstance(root, sp.BlockMatrix) and root.has(Over):
+        return MatrixSum(*map(squared, root.blocks))
+    number, factors = sp.S.One, [root]
+    if isinstance(root, sp.MatMul):
+        number, factors = root.as_coeff_matrices()
+    half = MatrixProduct(*factors)
+    return MatrixProduct(number**2, half, half.T)
+
+
 @dataclass(frozen=True, eq=False)
 class AtLeast(Line):
     """An inequality: a square is dropped.
@@ -464,15 +478,6 @@ class AtLeast(Line):
         faults = self.unreal()
         return Gap(why=faults[0]) if faults else super().gap(left, cited, symmetric)
 
-    @property
-    def square(self) -> Formula:
-        """The root times its transpose, a number in front."""
-        number, factors = sp.S.One, [self.root]
-        if isinstance(self.root, sp.MatMul):
-            number, factors = self.root.as_coeff_matrices()
-        half = MatrixProduct(*factors)
-        return MatrixProduct(number**2, half, half.T)
-
     def unreal(self) -> list[str]:
         """A complaint about each number in the root that may not be real."""
         return [
@@ -487,7 +492,7 @@ class AtLeast(Line):
         ]
 
     def equation(self, left: Formula) -> tuple[Formula, Formula]:
-        square = self.square
+        square = squared(self.root)
         if not isinstance(left, MatrixExpr) and not hasattr(left, "shape"):
             square = sp.Trace(square)
         return left, self.right + self.side * square
@@ -496,7 +501,7 @@ class AtLeast(Line):
         turned = isinstance(self.root, sp.Transpose)
         other = self.root.arg if turned else sp.Transpose(self.root)
         square = sp.MatMul(self.root, other, evaluate=False)
-        square = self.square if self.root.has(Over) else square
+        square = squared(self.root) if self.root.has(Over) else square
         positive = r" \ge 0" if show is latex else " ≥ 0"
         return [show(square) + positive, *super().reasons(show)]
 

@@ -14,7 +14,7 @@ from .families import over, renamed, sums
 from .lines import Line, cited_text, worded
 from .page_model import impossible
 from .relations import Moment, Reasons, named
-from .symbols import MatrixSymbol, Member, Symmetric, at
+from .symbols import MatrixSymbol, Member, Symmetric, first
 from .typeset import Show, latex, text
 from .words import Formula, Symbols, kept, plain, rotations
 
@@ -87,11 +87,12 @@ class Derivative(Operator):
 
     def hidden(self, left: Formula, scope: Scope) -> list[str]:
         tied = scope.tied(self.moving)
+        here = {first(x) for x in letters(plain(left))}
         return [
             f"takes {text(x)} for constant, which {cited_text(tied[x])} ties to "
             f"{' and '.join(sorted(map(text, self.moving)))}: put that in first, or "
             "say that it is held"
-            for x in sorted(letters(plain(left)) & set(tied) - set(self.held), key=str)
+            for x in sorted(here & set(tied) - set(self.held), key=str)
         ]
 
     def reason(self, show: Show) -> str:
@@ -286,7 +287,8 @@ class Expect(Operator):
 
     def constants(self, left: Formula) -> frozenset:
         """The letters that the line takes for constant."""
-        return (letters(plain(left)) | letters(plain(self.right))) - self.random
+        inside = letters(plain(left)) | letters(plain(self.right))
+        return frozenset(map(first, inside)) - self.random
 
     @property
     def random(self) -> frozenset:
@@ -312,13 +314,6 @@ class Expect(Operator):
 
     def reasons(self, show: Show) -> list[str]:
         return [*(r.show(show) for r in self.moments), *super().reasons(show)]
-
-
-def first(letter):
-    """A letter; of the members of a family, the one that stands for all."""
-    return (
-        at(letter, letter.index.rstrip("'")) if isinstance(letter, Member) else letter
-    )
 
 
 class Moments:

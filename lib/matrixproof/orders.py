@@ -18,6 +18,7 @@ from sympy.matrices.expressions.matexpr import MatrixExpr
 from .algebra import Algebra, Traces
 from .dependence import declared, letters
 from .exact import as_matrix
+from .lines import squared
 from .models import QUICK, Setting, models
 from .proofs import Proof, Unproved, prove
 from .relations import Given, Relation, named
@@ -126,7 +127,7 @@ def prove_at_least(
         why = "it is false; see the counterexample" if found else why
         message = f"not proved: {why}; the difference: {difference}"
         raise Unproved(message, difference, False, found)
-    square = root * root.T
+    square = squared(root)
     if not isinstance(plain(left), MatrixExpr):
         square = sp.Trace(square)
     return prove(left, right + square, given, symmetric)

@@ -171,6 +171,13 @@ def at(member: Member, index: str) -> Member:
     return Member(name, n, m, index, family)
 
 
+def first(letter: Any) -> Any:
+    """A letter; of the members of a family, the one that stands for all."""
+    if not isinstance(letter, Member):
+        return letter
+    return at(letter, letter.index.rstrip("'"))
+
+
 class Over(sp.Symbol):
     """The sign of a sum over an index, named `sum_i`.
 

@@ -21,7 +21,9 @@ from matrixproof import (
 )
 from matrixproof.checker import complaints
 from matrixproof.families import over
+from matrixproof.orders import at_least, prove_at_least
 from matrixproof.proofs import Unproved
+from matrixproof.relations import named
 from matrixproof.symbols import Member
 
 sum_i, A_i, B_i, x_i = letters("sum_i A_i:n*n B_i:n*n x_i:n")
@@ -209,6 +211,34 @@ def test_a_sum_of_squares_is_dropped():
     assert "Σ_i A_i L_Q (A_i L_Q)' ≥ 0" in str(line)
     with pytest.raises(ValueError, match="no term is a square"):
         derive(W - sum_i * A_i * Q * A_i.T).drop(Q)
+
+
+def test_a_sum_is_at_least_what_is_in_it():
+    more = W + sum_i * A_i * Q * A_i.T + P
+    given = at_least(Q), at_least(P)
+    assert prove_at_least(more, W, given).check()
+    down = derive(more).at_least(W, *given)
+    assert down.check() == [] and "Σ_i A_i L_Q (A_i L_Q)'" in str(down)
+    above = at_least(Q, P)
+    assert prove_at_least(sum_i * A_i * Q * A_i.T, sum_i * A_i * P * A_i.T, [above])
+    for left, right in ((W, more), (sum_i * A_i * P * A_i.T, sum_i * A_i * Q * A_i.T)):
+        with pytest.raises(Unproved):
+            prove_at_least(left, right, (*given, above))
+
+
+def test_one_member_is_not_moved_alone():
+    cost = Trace(T * (sum_i * A_i * Q * A_i.T))
+    with pytest.raises(TypeError, match="A_i is one of a family"):
+        derive(cost).gradient(A_i)
+    (dA_i,) = letters("dA_i:n*n")
+    with pytest.raises(TypeError, match="A_i is one of a family"):
+        derive(sum_i * A_i * Q).differential({A_i: dA_i})
+    both = derive((sum_i * A_i) * W * (sum_i * B_i).T).expand()
+    said = both.known + ((A_i, T * W), (B_i, T * P))
+    for x in (A_i, B_i):  # shown as A_i and B_j
+        tied = replace(both, known=named([said[0] if x is A_i else said[1]]))
+        with pytest.raises(ValueError, match=f"takes {x} for constant"):
+            replace(tied, left=Trace(both.right * T), lines=()).gradient(T)
 
 
 def test_a_definition_with_a_sum_is_recognised():
