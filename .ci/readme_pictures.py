@@ -49,7 +49,7 @@ def ball_on_a_beam():
 def chain_beside_code():
     """The chain of the gain that runs, and the NumPy that its stages become."""
     chain = best_coordinates.page.steps[CHAIN]
-    _, source = numpy_source(best_coordinates.gain_step())
+    _, source = numpy_source(best_coordinates.gain_step)
     body = textwrap.dedent("\n".join(source.splitlines()[1:-1]))
     figure, (left, right) = plt.subplots(
         1, 2, figsize=(11, 2.1), layout="constrained", width_ratios=(1, 0.95)
