@@ -44,6 +44,19 @@ def refused(page, statement, says):
 # -- what is defined, supposed, and steady --------------------------------------------
 
 
+def test_a_page_writes_what_it_makes():
+    page = new()
+    said = page.let(X, A * B), page.suppose(A * Y, Y, "3"), page.steady(Z, A * Z)
+    said += (page.moment(e * e.T, K, "4"),)
+    made = let(X, A * B), suppose(A * Y, Y, "3"), steady(Z, A * Z)
+    made += (moment(e * e.T, K, "4"),)
+    assert page.page == said == made
+    assert list(map(type, said)) == list(map(type, made))
+    with pytest.raises(ValueError, match="write suppose"):
+        page.let(X, B)
+    assert page.page == said
+
+
 @pytest.mark.parametrize(
     ("make", "says"),
     [
