@@ -69,6 +69,11 @@ def test_what_does_not_follow_is_refuted_with_all_that_is_given(name):
     assert negative(gap) if hasattr(gap, "shape") else gap < 0
 
 
+def test_what_is_not_symmetric_is_no_sum_of_squares():
+    with pytest.raises(Unproved, match="no sum of squares"):
+        prove_at_least(A * A.T + 2 * A * B + B.T * B, 0 * A)
+
+
 def test_it_is_a_hypothesis_of_equations_too():
     root = above.root
     assert prove(P - Q, root * root.T, [above]).check()
