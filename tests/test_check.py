@@ -61,6 +61,8 @@ def test_what_a_plant_means_is_said_in_its_units():
     assert "shunt (V): reads 2 current; one sigma 0.5 V" in text
     mixed = "mixed (K): reads speed (m/s) - current + 0.5 volts; one sigma 1 K"
     assert mixed in text
+    turned = dataclasses.replace(MOTOR, C=-MOTOR.C)
+    assert "shunt (V): reads -2 current; one sigma 0.5 V" in said(turned)
     falls = [-0.1 / np.log(mode) for mode in (0.5, 0.9)]
     assert "; ".join(f"falls in {one:.3g} s" for one in falls) in text
     assert "discrete, dt = 0.1 s" in text

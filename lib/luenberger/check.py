@@ -87,7 +87,9 @@ def _reads(plant: Plant) -> Iterator[str]:
             sign = "-" if np.isreal(c) and c.real < 0 else "+"
             text += f" {sign} {'' if size == 1 else number(size) + ' '}{name}"
         text += f" and {len(terms) - SHOWN} more" if len(terms) > SHOWN else ""
-        yield text.removeprefix(" + ").lstrip() or "nothing"
+        yield (
+            text.removeprefix(" + ").replace(" - ", "-", text[:3] == " - ") or "nothing"
+        )
 
 
 def _suspicions(plant: Plant) -> Iterator[str]:

@@ -590,7 +590,8 @@ def _rows(table: Table) -> str:
     """A table; of more than four columns, its rows become cards on a telephone."""
     heads = [html.escape(cell, quote=True) for cell in table.header]
     lines = [f"<table{' class=wide' if len(heads) > 4 else ''}><thead><tr>"]
-    lines += [f"<th>{cell}</th>" for cell in heads] + ["</tr></thead><tbody>"]
+    lines += [f"<th>{one}</th>" if one else "<td></td>" for one in heads]
+    lines.append("</tr></thead><tbody>")
     right = [' class="number"' if numeric else "" for numeric in table._numeric()]
     for k, row in enumerate(table.rows):
         lines.append(f"<tr{' class=chosen' if k in table.marked else ''}>")
