@@ -2,7 +2,7 @@
 
 MODULES = (
     "luenberger",
-    "luenberger.compare",
+    "luenberger.comparison",
     "luenberger.kernels.text",
     "luenberger.papers.kawazoe.derivation",
     "luenberger.papers.leondes_novak.derivation",

@@ -120,15 +120,17 @@ METHODS = ["Kalman filter", "deadbeat observer"]
 
 
 def test_a_comparison_asks_for_the_plants_estimates():
-    table = lb.compare(shaft(estimates=ROWS), methods=METHODS)
-    assert table.k.tolist() == [*ROWS.values()] and table.estimates == tuple(ROWS)
+    named = shaft(estimates=ROWS)
+    few = lb.candidates(named, methods=METHODS)
+    table = lb.compare(named, few)
+    assert table.rows.tolist() == [*ROWS.values()] and table.estimates == tuple(ROWS)
     said = " ".join(table.reasons(100))
     assert any(name in said for name in ROWS) and "row 1" not in said
     assert {one.observer.estimate_names for one in table.designs} == {tuple(ROWS)}
-    other = lb.compare(shaft(estimates=ROWS), k=np.eye(3)[:1], methods=METHODS)
-    assert other.estimates == ("row 1 of k x",)
-    whole = lb.compare(shaft(), methods=METHODS)
-    assert whole.k is None and whole.estimates == whole.plant.state_names
+    other = lb.compare(named, few, L=np.eye(3)[:1])
+    assert other.estimates == ("row 1 of L x",)
+    whole = lb.compare(shaft(), few)
+    assert whole.rows is None and whole.estimates == whole.plant.state_names
 
 
 def call(capsys, *line):

@@ -34,7 +34,7 @@ SPECIAL = {
 }
 # Optional packages: only inside a function of these rooms.
 INSIDE_A_FUNCTION = {
-    "compare": {"pandas"},
+    "comparison": {"pandas"},
     "export": {"control"},
     "formats": {"pandas", "pyarrow"},
     "run": {"tqdm"},

@@ -64,7 +64,7 @@ def records():
     exact = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0)
     observer = lb.Observer(**OBSERVER, L=[[1.0]], T0=[[1.0]], G0=[[0.0]])
     noisy = make(multiplicative=[(ODD, C)], P0=np.eye(2), S=[[0.0], [0.0]])
-    return noisy, exact, observer, lb.compare(exact, k=[1, 0], orders=[1])
+    return noisy, exact, observer, lb.compare(exact, L=[1, 0])
 
 
 @pytest.mark.parametrize("way", COPIES.values(), ids=COPIES)

@@ -44,7 +44,7 @@ def test_what_was_fitted_is_counted(record):
     """One test, one probability: that of the fit."""
     fit = lb.fit_noise(dataclasses.replace(PLANT, R=None), record.y, Q=None, R="full")
     assert report._tests(fit.plant, record, fit) is fit.whiteness
-    table = lb.compare(fit.plant, orders=[2])
+    table = lb.compare(fit.plant, lb.candidates(fit.plant, orders=2))
     page = report.files(table, record, fit)["report.html"]
     assert set(re.findall(r"\(p = ([^)]*)\)", page)) == {f"{fit.whiteness.p_value:.2g}"}
     cells = re.findall(r"R\[0,0\]</td><td[^>]*>([^<]*)</td><td[^>]*>([^<]*)<", page)
@@ -63,7 +63,7 @@ WRONG = [
 def test_wrong_noises_do_not(record, wrong):
     plant = dataclasses.replace(PLANT, **wrong)
     assert "does not agree" in agreement(judge(plant, record))
-    page = report.files(lb.compare(plant, orders=[2]), record)["report.html"]
+    page = report.files(lb.compare(plant, lb.candidates(plant, orders=2)), record)["report.html"]
     box = page[page.index('<div class="box bad">') : page.index("</div>")]
     assert "does not agree with the model (p = " in box and "luenberger fit" in box
 
@@ -98,11 +98,12 @@ def sentence(table, data):
     return agreement(found, table, data)
 
 
+FEW = lb.candidates(OVEN, methods=["Kalman filter", "fixed-order filter"])
+
+
 @pytest.fixture(scope="module")
 def levelled():
-    table = lb.compare(
-        OVEN.with_input([60.0]), methods=["Kalman filter", "fixed-order filter"]
-    )
+    table = lb.compare(OVEN.with_input([60.0]), FEW)
     assert table.chosen.order == 1
     return table
 
@@ -114,9 +115,7 @@ def test_the_recommended_observer_is_judged_on_the_record(levelled):
     assert "The record agrees with the model" in said
     assert "worse on this record than its errors promise" in said
     steady, _ = of_input(np.zeros((4000, 1)))
-    still = lb.compare(
-        OVEN.with_input(0), methods=["Kalman filter", "fixed-order filter"]
-    )
+    still = lb.compare(OVEN.with_input(0), FEW)
     said = sentence(still, steady)
     assert "the recommended observer misses" in said and "worse on this" not in said
 
@@ -142,7 +141,7 @@ def test_what_it_misses_is_that_of_its_estimates(levelled):
 
 def test_where_nothing_can_be_said_of_it_nothing_is(levelled):
     data, _ = of_input(np.zeros((400, 1)))
-    kalman = lb.compare(OVEN, methods=["Kalman filter"])
+    kalman = lb.compare(OVEN, lb.candidates(OVEN, methods="Kalman filter"))
     gaps = dataclasses.replace(data, y=np.where(np.arange(400)[:, None] % 9, data.y,
                                                 np.nan))  # fmt: skip
     for table, record in ((kalman, data), (levelled, gaps), (levelled, None)):
@@ -157,7 +156,7 @@ def test_the_box_says_what_to_take_and_what_is_next(levelled):
     assert "do not take it" in box and "The record agrees with the model" in box
     assert "luenberger export plant.json" in box
     assert page.index("<h2>") > page.index("</div>") and "<p>made</p>" in page
-    calm = lb.compare(OVEN.with_input(0), methods=["Kalman filter"])
+    calm = lb.compare(OVEN.with_input(0), {"Kalman filter": lb.kalman_filter})
     page = report.files(calm, of_input(np.zeros((400, 1)))[0])["report.html"]
     box = page[page.index('<div class="box">') : page.index("</div>")]
     assert "luenberger export observer.json" in box

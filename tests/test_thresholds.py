@@ -12,9 +12,7 @@ import scipy
 
 import luenberger as lb
 from luenberger import show
-from luenberger.compare import cheapest as forms
-from luenberger.compare import table
-from luenberger.compare.attempts import first_least
+from luenberger.analysis import lightest as forms
 from luenberger.numeric import covariances
 from luenberger.papers.moore import refusals
 from luenberger.papers.poles import arranged
@@ -57,24 +55,6 @@ def test_conjugates_may_differ_by_rounding(off, pair, size):
     else:
         with pytest.raises(lb.DesignError, match="needs its conjugate"):
             arranged(poles, 2, PLANT)
-
-
-def designs(*errors):
-    return [
-        SimpleNamespace(error=one, mean_ratio=1.0, work=k, title=k)
-        for k, one in enumerate(errors)
-    ]
-
-
-@pytest.mark.parametrize("size", [1.0, 1e-30])
-@pytest.mark.parametrize(("part", "equal"), [(0.9e-9, True), (1.1e-9, False)])
-def test_errors_that_differ_by_rounding_are_equal(part, equal, size):
-    """Of two equal ones the first is taken; against the yardstick it costs nothing."""
-    first, second = designs(size * (1 + part), size)
-    assert (first_least([first, second], "error") is first) is equal
-    yardstick = SimpleNamespace(yardstick=second)
-    excess = table.Comparison.excess(yardstick, first)
-    assert excess == (0.0 if equal else pytest.approx(part, rel=1e-5, abs=0))
 
 
 @pytest.mark.parametrize("size", [1.0, 1e20])

@@ -14,9 +14,7 @@ from . import sampling
 from .analysis.error_covariance import error_covariance
 from .analysis.optimality import optimality
 from .certificate import certify
-from .compare import compare
-from .compare.robustness import robustness
-from .compare.sweep import sweep
+from .comparison import candidates, compare, vary
 from .errors import CertificateError, DesignError
 from .identification.fit import fit_noise
 from .observer import Observer
@@ -39,6 +37,7 @@ __all__ = [
     "Observer",
     "Plant",
     "Record",
+    "candidates",
     "certify",
     "compare",
     "compile",
@@ -55,10 +54,9 @@ __all__ = [
     "plot",
     "reduced_order_filter",
     "reduced_order_observer",
-    "robustness",
     "sampling",
     "simulate",
-    "sweep",
+    "vary",
 ]
 
 if TYPE_CHECKING:  # or a type checker would take every name for one of these

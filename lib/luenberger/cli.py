@@ -233,7 +233,7 @@ def limits(text: str) -> dict[str, float]:
     >>> limits("multiply_adds=30,states=2")
     {'multiply_adds': 30, 'states': 2}
     """
-    from .compare import Budget
+    from .comparison import Budget
 
     found: dict[str, float] = {}
     for part in text.split(","):
@@ -444,6 +444,40 @@ def check(options: Namespace) -> None:
     ),
     U,
     ORDERS,
+    option(
+        "--plants",
+        type=file,
+        nargs="+",
+        default=[],
+        metavar="OTHER.json",
+        help="plants that there may be, beside PLANT.json",
+    ),
+    option(
+        "--ranges",
+        type=uncertain,
+        nargs="+",
+        default=[],
+        metavar="ENTRY=RANGE",
+        help='entries of the plant, counted from 0: "A[1,1]=30%%" to either side of '
+        'the nominal one, or "A[1,1]=-0.65:-0.35" from the least to the greatest; a '
+        "continuous plant is varied before it is sampled",
+    ),
+    option(
+        "--samples",
+        type=int,
+        default=100,
+        metavar="N",
+        help="how many plants are drawn from the ranges (100)",
+    ),
+    option("--seed", type=int, default=0, metavar="N", help="of what is drawn (0)"),
+    option(
+        "--observers",
+        type=file,
+        nargs="+",
+        default=[],
+        metavar="OBSERVER.json",
+        help="compare these, and not designs by every method",
+    ),
     BUDGET,
     DTYPE,
     SAMPLE,
@@ -454,9 +488,11 @@ def check(options: Namespace) -> None:
 def compare(options: Namespace) -> None:
     """Compare what every method makes of a plant.
 
-    Designs observers of a plant by every method and order, and prints the error, the
-    worst pole, the work of each, the one recommended and why, and which methods do
-    not apply.
+    Designs observers of a plant by every method and order, or takes observers from
+    files, and prints the error, the worst pole, the work of each, the one recommended
+    and why, and which methods do not apply. With --ranges or --plants each is judged
+    on every plant that there may be, beside the Kalman filter that knows this plant,
+    and its error is that on the worst of them.
 
     compare tracker.json
     compare tracker.json --k=1,0.5,0 --orders 1,2 --json
@@ -464,8 +500,10 @@ def compare(options: Namespace) -> None:
     compare tracker.json --csv designs.csv
     compare ball-and-beam.json --sample 0.1 --U 0
     compare tracker.json --budget multiply_adds=12,bytes=60 --dtype float
+    compare tracker.json --ranges "A[2,2]=0.9:1" --samples 10 --json
+    compare tracker.json --plants other.json --observers report/observer.json
     """
-    from .compare import compare
+    from .comparison import compare
     from .formats import writing
     from .report import designs_csv
 
@@ -475,16 +513,19 @@ def compare(options: Namespace) -> None:
         require_other(options.csv, options.plant)
     plant = with_input(plant_of(options.plant, options), options.U)
     scale = options.scale[0] if len(options.scale or ()) == 1 else options.scale
-    given = dict(k=options.k, orders=options.orders, scale=scale)
-    found = compare(plant, **given, **_within(options))
+    designs, plants = _designs(options, plant), _plants(options)
+    given = dict(plants=plants, L=options.k, scale=scale) | _within(options)
+    found = compare(plant, designs, **given)
     if options.json:
-        data = {"plant": plant.name, "k": None if found.k is None else found.k.tolist()}
-        return tell_json(data | _chosen(found) | {"designs": found.rows()})
+        rows = None if found.rows is None else found.rows.tolist()
+        data = {"plant": plant.name, "k": rows} | _chosen(found)
+        cases = {} if plants is None else {"cases": found.to_cases()}
+        return tell_json(data | {"designs": found.to_rows()} | cases)
     if options.csv is not None:
         if not options.dry_run:
-            writing.write(options.csv, designs_csv(found.rows()))
+            writing.write(options.csv, designs_csv(found.to_rows()))
         return written([options.csv], options.dry_run)
-    _show(found.table, 2)
+    _show(found.table, found.table.header.index("order"))
     for method, which, reason in found.refusals.rows:
         tell("", f"{method}, {which}: {reason}", indent="  ")
     tell("", *(() if found.chosen is None else [f"Take the {found.chosen.name}."]))
@@ -493,8 +534,32 @@ def compare(options: Namespace) -> None:
 
 def _within(options: Namespace) -> dict[str, Any]:
     """What a device has to spare, and what it computes in."""
-    asked = {"dtype": options.dtype}
-    return asked if options.budget is None else asked | {"budget": options.budget}
+    return {"budget": (options.budget or {}) | {"dtype": options.dtype}}
+
+
+def _designs(options: Namespace, plant: Any) -> Any:
+    """The designs that are asked for; None for the default."""
+    from .comparison import candidates
+    from .observer import Observer
+
+    if options.observers:
+        return {str(one): Observer.from_json(one) for one in options.observers}
+    return options.orders and candidates(plant, orders=options.orders)
+
+
+def _plants(options: Namespace) -> dict[str, Any] | None:
+    """The plants that there may be, beside the one that designs are for."""
+    from .comparison import vary
+    from .plant import Plant
+
+    ranges = dict(options.ranges)
+    if len(ranges) < len(options.ranges):
+        options.wrong("--ranges name one entry twice")
+    found = {str(one): Plant.from_json(one) for one in options.plants}
+    if ranges:
+        nominal = Plant.from_json(options.plant)
+        found |= vary(nominal, ranges, options.samples, options.seed)
+    return found or None
 
 
 def _chosen(found: Any) -> dict[str, Any]:
@@ -517,93 +582,6 @@ def _show(table: Any, names: int) -> None:
 
     marks = ("*" if k in table.marked else "" for k in range(len(table.rows)))
     print(Table(turned(table.header, ""), map(turned, table.rows, marks)))
-
-
-@command(
-    PLANT,
-    option(
-        "--plants",
-        type=file,
-        nargs="+",
-        default=[],
-        metavar="OTHER.json",
-        help="the plants that there may be, beside PLANT.json",
-    ),
-    option(
-        "--ranges",
-        type=uncertain,
-        nargs="+",
-        default=[],
-        metavar="ENTRY=RANGE",
-        help='entries of the plant, counted from 0: "A[1,1]=30%%" to either side of '
-        'the nominal one, or "A[1,1]=-0.65:-0.35" from the least to the greatest',
-    ),
-    option(
-        "--samples",
-        type=int,
-        default=100,
-        metavar="N",
-        help="how many plants are drawn from the ranges (100)",
-    ),
-    option("--seed", type=int, default=0, metavar="N", help="of what is drawn (0)"),
-    option(
-        "--observers",
-        type=file,
-        nargs="+",
-        default=[],
-        metavar="OBSERVER.json",
-        help="judge these, and not designs by every method",
-    ),
-    K,
-    ORDERS,
-    U,
-    SAMPLE,
-    JSON,
-)
-def robustness(options: Namespace) -> None:
-    """Judge designs on plants that differ from the one they are for.
-
-    Designs observers of a plant by every method, or takes observers from files, and
-    judges each on every plant that there may be: its worst case, its spread, and the
-    design whose worst case is least. The error on a plant is measured beside that of
-    the Kalman filter that knows this plant. Writes nothing.
-
-    robustness reactor.json --ranges "A[0,0]=1%" "C[0,0]=5%" --orders 9 --samples 10
-    robustness tracker.json --ranges "A[2,2]=0.9:1" --samples 10 --json
-    robustness tracker.json --plants tracker.json --observers report/observer.json
-    """
-    from .compare import compare
-    from .compare.robustness import robustness
-    from .observer import Observer
-    from .plant import Plant
-
-    if bool(options.ranges) == bool(options.plants):
-        options.wrong("give --ranges or --plants, one of them")
-    given = with_input(Plant.from_json(options.plant), options.U)
-    plant = given if options.sample is None else given.sampled(options.sample)
-    observers = {str(one): Observer.from_json(one) for one in options.observers}
-    ranges = dict(options.ranges)
-    if len(ranges) < len(options.ranges):
-        options.wrong("--ranges name one entry twice")
-    others = {
-        str(one): with_input(Plant.from_json(one), options.U) for one in options.plants
-    }
-    if not observers:
-        say(f"designing for {options.plant}")
-    found = robustness(
-        observers or compare(plant, k=options.k, orders=options.orders),
-        {str(options.plant): given} | others if others else given,
-        ranges=ranges or None,
-        samples=options.samples,
-        seed=options.seed,
-        k=options.k,
-    )
-    if options.json:
-        data = {"plant": plant.name} | _chosen(found)
-        return tell_json(data | {"cases": found.rows()})
-    _show(found.table, 1)
-    tell("", *(() if found.chosen is None else [f"Take {found.chosen.name}."]))
-    tell(*found.reasons())
 
 
 @command(
@@ -638,8 +616,8 @@ def design(options: Namespace) -> None:
     """
     from . import report
     from .analysis.known_input import known_input as driven
-    from .compare import compare
-    from .compare.stated_input import require_stated
+    from .comparison import compare
+    from .comparison.stated_input import require_stated
     from .formats.json_records import as_data, json_file, layout
     from .formats.writing import require_folder, write_all
     from .plant import Plant

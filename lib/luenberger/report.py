@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 
 from .check import examine, lines
-from .compare import Comparison, noisy, percent, sigma
-from .compare.attempts import KALMAN, Attempt
-from .compare.transients import transients
+from .comparison import KALMAN, Comparison, Design, noisy, percent
+from .comparison.transients import transients
 from .formats import json_records
 from .identification.fit import NoiseFit
 from .identification.whiteness import Whiteness, whiteness
@@ -107,7 +106,7 @@ def files(
         The line that made it, to be read at the end.
     """
     chosen, found = table.chosen, None
-    texts = {"designs.csv": designs_csv(table.rows())}
+    texts = {"designs.csv": designs_csv(table.to_rows())}
     if chosen is not None and chosen.observer is not None:
         data = json_records.as_data("observer", chosen.observer)
         texts["observer.json"] = json_records.layout(data)
@@ -253,7 +252,7 @@ def _box(
     else:
         told.append(f"Recommended: {chosen.title}.")
         if chosen.covariance is not None and best is not None:
-            own, least = sigma(chosen), sigma(best)
+            own, least = chosen.sigma, best.sigma
             each = zip(table.estimates, own, least)
             told.append(
                 "One sigma in steady state, if the model holds: "
@@ -308,7 +307,7 @@ def _errors(table: Comparison) -> Part:
         return Prose("The recommended design is the most accurate one.")
     rows = [
         [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
-        for name, a, b in zip(table.estimates, sigma(best), sigma(chosen))
+        for name, a, b in zip(table.estimates, best.sigma, chosen.sigma)
     ]
     return Table(["one sigma of", best.method, "recommended", "more"], rows)
 
@@ -368,7 +367,7 @@ def _recommended(table: Comparison, record: Measurements | None) -> Iterator[str
         return
     if kalman is chosen or kalman.method != KALMAN:
         return
-    if not (chosen.whole and kalman.whole) or chosen.observer is None:
+    if table.rows is not None or chosen.observer is None:
         return
     settled = max(chosen.settling, kalman.settling) / plant.dt
     first = int(min(np.ceil(settled), len(record.y) // 2))
@@ -399,7 +398,7 @@ def _missed(observer: Observer, plant: Plant, record: Measurements) -> Matrix:
     return missed
 
 
-def _promised(one: Attempt, plant: Plant) -> Vector:
+def _promised(one: Design, plant: Plant) -> Vector:
     """Variances of that, as the steady error of a design says."""
     Q, R, _ = plant.at(0).covariances()
     A, C = plant.A, plant.C

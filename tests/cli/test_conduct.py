@@ -178,11 +178,11 @@ def test_the_guide_lists_every_command():
         ("check report", "report"),
         ("check tracker.csv", "tracker.csv: not a JSON file"),
         ("check report/observer.json", "does not hold a plant"),
-        ("compare tracker.json --k=1,2", "k must be"),
+        ("compare tracker.json --k=1,2", "L must be"),
         ("compare tracker.json --k=one", "no estimate or state 'one'; there are"),
-        ("compare tracker.json --k=1,nan,2", "k has entries that are not finite"),
+        ("compare tracker.json --k=1,nan,2", "L has entries that are not finite"),
         ("compare tracker.json --orders=7", "from 0 to 3, got 7"),
-        ("compare tracker.json --orders=0", "no design that is asked for exists"),
+        ("compare tracker.json --orders=0", "no design exists"),
         ("compare tracker.json --csv report", "report is a folder"),
         ("compare tracker.json --csv no/such.csv", "no/such.csv: there is no folder"),
         ("compare tracker.json --csv ./tracker.json", "would replace tracker.json"),
@@ -594,11 +594,15 @@ def test_an_overflow_is_no_line_of_numpy_on_stderr(tmp_path, call):
 # -- the others -----------------------------------------------------------------------
 
 
+def few(plant):
+    return lb.compare(plant, lb.candidates(plant, orders=1))
+
+
 def test_compare_prints_what_the_library_finds(here, call):
-    table = lb.compare(lb.Plant.from_json("tracker.json"), orders=[1])
+    table = few(lb.Plant.from_json("tracker.json"))
     _, out, _ = call("compare tracker.json --orders=1 --json")
     found = json.loads(out)
-    assert found["designs"] == table.rows() and found["reasons"] == table.reasons()
+    assert found["designs"] == table.to_rows() and found["reasons"] == table.reasons()
     _, out, _ = call("compare tracker.json --orders=1")
     starred = [line for line in out.splitlines() if line.startswith("*")]
     assert len(starred) == 1 and table.recommended().label in starred[0]
@@ -612,11 +616,11 @@ def test_compare_writes_a_line_for_each_design(here, call):
     call("compare tracker.json --orders=1 --csv d.csv")
     with open("d.csv", newline="") as file:
         rows = list(csv.DictReader(file))
-    found = lb.compare(lb.Plant.from_json("tracker.json"), orders=[1])
+    found = few(lb.Plant.from_json("tracker.json"))
     assert [row["method"] for row in rows] == [one.method for one in found]
     assert sum(row["recommended"] == "yes" for row in rows) == 1
-    traces = [float(row["error_trace"]) for row in rows if row["error_trace"]]
-    assert traces == [one.trace for one in found.designs]
+    errors = [float(row["error"]) for row in rows if row["error"]]
+    assert errors == [one.error for one in found.designs]
 
 
 def test_the_exported_filter_of_a_plant(here, call):

@@ -16,7 +16,7 @@ import pytest
 
 import luenberger as lb
 from luenberger.cli import main
-from luenberger.compare import METHODS
+from luenberger.comparison import METHODS
 
 ROOT = pathlib.Path(__file__).parents[2]
 PLANTS = ROOT / "notebooks" / "plants"

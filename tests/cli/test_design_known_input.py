@@ -84,7 +84,8 @@ def test_a_report_under_a_model_of_the_input(here, capfd):
     made = here / "r"
     with open(made / "designs.csv", newline="") as file:
         (chosen,) = [row for row in csv.DictReader(file) if row["recommended"] == "yes"]
-    assert float(chosen["error_trace"]) == pytest.approx(table.chosen.trace, rel=1e-6)
+    sigma = [float(one) for one in chosen["sigma"].split()]
+    assert sigma == pytest.approx(table.chosen.sigma.tolist(), rel=1e-6)
     observer = lb.Observer.from_json(made / "observer.json")
     bounds = np.loadtxt(made / "estimates.csv", delimiter=",", skiprows=1)[:, 2::2]
     steady = np.sqrt(lb.error_covariance(observer, OVEN.with_input(MODEL)).diagonal())

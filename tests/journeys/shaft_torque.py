@@ -19,7 +19,7 @@ drive = lb.Plant(
     state_names=["motor speed (rad/s)", "load speed (rad/s)", "torque (Nm)"],
     input_names=["current (A)"], output_names=["speed (rad/s)"],
 ).sampled(1e-3)  # fmt: skip
-table = lb.compare(drive, k="torque (Nm)", budget=dict(multiply_adds=30))
+table = lb.compare(drive, L="torque (Nm)", budget=dict(multiply_adds=30))
 design = table.recommended()
 
 # -- the same numbers from the plant at work
@@ -27,10 +27,10 @@ design = table.recommended()
 assert design.observer.estimate_names == ("torque (Nm)",)
 assert design.work == lb.export.multiply_adds(design.observer) <= 30
 true = lb.monte_carlo(drive, design.observer, runs=1500, steps=400, seed=2)
-np.testing.assert_allclose(true.covariance[-1], design.error_of_k, rtol=0.15)
+np.testing.assert_allclose(true.covariance[-1], design.trace, rtol=0.15)
 current = 20 * np.sign(np.sin(np.arange(20_001) / 50))[:, None]  # A, back and forth
 driven = lb.simulate(drive, design.observer, 20_000, u=current, seed=3)
 assert np.ptp(driven.w_hat) > 10  # Nm: the estimate is driven, its error is not
 errors = driven.error[400:] ** 2
-np.testing.assert_allclose(errors.mean(), design.error_of_k, rtol=0.15)
+np.testing.assert_allclose(errors.mean(), design.trace, rtol=0.15)
 assert design.error <= 1.1 * table.yardstick.error

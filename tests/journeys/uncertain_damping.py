@@ -33,16 +33,17 @@ for name, stronger in (("white", 1.0), ("white, scaled", factor)):
     noisy = dataclasses.replace(plant, multiplicative=[(noise, 0 * plant.C)])
     filters[name] = lb.fixed_order_filter(noisy, 2)
 
-found = lb.robustness(filters, nominal, ranges={"A[1,1]": "30 %"}, samples=20)
-safest = found.recommended()
+plants = lb.vary(nominal, {"A[1,1]": "30 %"}, samples=20)
+found = lb.compare(plant, filters, plants=plants)
+safest = found.recommended(0)
 
 # -- the same by simulations of the true plants
 
 assert safest.name == "for 95 %"
-ends = [one.name for one in found.plants[1:3]]  # the corners, 130 % and 70 %
+ends = [*plants][:2]  # the corners, 130 % and 70 %
 for name in (safest.name, "for 130 %"):
     for end in ends:
-        one, true = found.find(name, end), -found.find(name, end).values["A[1,1]"]
+        one, true = found.find(name).cases[end], -plants[end].A[1, 1]
         runs = dict(runs=2000, steps=150, seed=4)
         true = oscillator(true).sampled(0.05)
         seen = lb.monte_carlo(true, filters[name], **runs).covariance[-1]
@@ -53,7 +54,7 @@ for name in (safest.name, "for 130 %"):
 
 # -- white noise of the same variance buys nothing, scaled a little, a choice more
 
-worst = {name: one.error - 1 for name, one in found.worst.items()}
+worst = {one.name: one.error - 1 for one in found}
 assert factor > 30
 assert abs(worst["white"] / worst["for 100 %"] - 1) < 0.02
 assert 0.9 < worst["white, scaled"] / worst["for 100 %"] < 0.97

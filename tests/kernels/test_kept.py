@@ -110,7 +110,7 @@ def test_a_folder_that_is_not_trusted_is_no_remark_on_a_design(tmp_path, monkeyp
         with pytest.warns(kept.CacheWarning, match="can be written by others"):
             kept.usable_folder()
     forget()
-    assert str(tmp_path) not in f"{table.rows()} {table.reasons()}"
+    assert str(tmp_path) not in f"{table.to_rows()} {table.reasons()}"
 
 
 @pytest.fixture

@@ -194,7 +194,7 @@ CONSTANT = {
     "P0": lambda: dataclasses.replace(SEEN, P0=STACK),
     "L of an observer": lambda: lb.Observer(*[np.eye(2)] * 5, T=np.eye(2), L=STACK),
     "L": lambda: lb.fixed_order_filter(SEEN, 1, L=STACK),
-    "k": lambda: lb.compare(SEEN, k=STACK),
+    "L of a comparison": lambda: lb.compare(SEEN, L=STACK),
     "A": lambda: staircase_form.staircase(STACK, np.eye(2)),
 }
 

@@ -234,8 +234,7 @@ def test_a_failure_calls_off_the_rest():
     assert len(done) < 500
 
 
-@pytest.mark.parametrize("what", ["runs", "trials"])
-def test_an_interruption_calls_off_the_rest(what):
+def test_an_interruption_calls_off_the_rest():
     started = []
 
     class Counting(concurrent.futures.ThreadPoolExecutor):
@@ -253,11 +252,7 @@ def test_an_interruption_calls_off_the_rest(what):
     with Counting(1) as executor:
         options = dict(executor=executor, progress=interrupt)
         with pytest.raises(KeyboardInterrupt) as caught:  # it holds on to the frames
-            if what == "runs":
-                lb.monte_carlo(*problem(), runs=6400, steps=2, seed=1, **options)
-            else:
-                plants = {str(k): problem()[0] for k in range(100)}
-                lb.sweep({"Kalman": lb.kalman_filter}, plants, **options)
+            lb.monte_carlo(*problem(), runs=6400, steps=2, seed=1, **options)
     assert caught.value and len(started) < 40
 
 

@@ -77,7 +77,7 @@ def white_noise_factor(
 
     See Also
     --------
-    robustness : for constant errors, the choice over plants.
+    compare : for constant errors, the choice over plants that `vary` makes.
 
     References
     ----------
@@ -98,7 +98,7 @@ def white_noise_factor(
         bad = poles[~decaying(poles, discrete=True)]
         raise DesignError(
             f"the factor is of steady states, and plant or observer has the mode "
-            f"{modes(bad)} on or outside the unit circle. lb.robustness judges plants "
+            f"{modes(bad)} on or outside the unit circle. lb.compare judges plants "
             "one by one"
         )
     drive = kernels.compiled(root_error)(**given, H=np.zeros((len(A), 0)))["drive"]

@@ -12,6 +12,7 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from .. import certificate
+from ..analysis.lightest import lightest as lightest
 from ..analysis.step_cost import multiply_adds as multiply_adds
 from ..kernels.c.numbers import require_c_type
 from ..observer import Observer

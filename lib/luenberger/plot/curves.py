@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from ..arguments import expect
-from ..compare import Comparison, from_start, transients
+from ..comparison import Comparison
+from ..comparison.transients import from_start, transients
 from ..observer import Observer
 from ..plant import Plant
 from .style import COLOURS, Look, squared, style, text, unit

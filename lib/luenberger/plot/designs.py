@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import LogFormatter
 from matplotlib.transforms import ScaledTranslation
 
-from ..compare import METHODS, Attempt, Comparison, why_not
+from ..comparison import Comparison, Design, why_not
 from ..observer import Observer
 from ..plant import Plant
 from ..show import number
@@ -47,7 +47,7 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
     ax, front = ax or plt.gca(), table.pareto(by)
     by, what = table.along(by), table.judged_by
     if not front:
-        reasons = " ".join(why_not(table.plant))
+        reasons = " ".join(why_not(table))
         raise ValueError(f"no error is known, so nothing can be weighed. {reasons}")
     least = getattr(front[-1], what)
     highest = FAR * least if least > 0 else np.inf
@@ -65,7 +65,7 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
         look: Look = dict(label="recommended", clip_on=False)
         ax.plot(*star, "k*", ms=9, transform=ax.transData + beside, **look)
     _name(ax, line, by, what)
-    said = [] if table.budget is None else [f"paler: beyond {table.budget}"]
+    said = [] if not table.budget.limits else [f"paler: beyond {table.budget}"]
     if beyond := len(table.judged) - len(near):
         said.append(f"not shown: {beyond} above {number(float(f'{highest:.1e}'))}")
     if said:
@@ -74,13 +74,13 @@ def pareto(table: Comparison, ax: Axes | None = None, *, by: str | None = None) 
     return ax
 
 
-def _markers(table: Comparison, near: list[Attempt], ax: Axes, by: str) -> None:
+def _markers(table: Comparison, near: list[Design], ax: Axes, by: str) -> None:
     """A marker for each method, and pale ones beyond the budget."""
     what, budget = table.judged_by, table.budget
-    for k, method in enumerate(METHODS):
+    for k, method in enumerate(dict.fromkeys(one.method for one in table)):
         look: Look = {"color": COLOURS[k % 6], "mfc": "none", "ls": ""}
         mine = [one for one in near if one.method == method]
-        over = [one for one in mine if budget is not None and budget.over(one)]
+        over = [one for one in mine if budget.over(one)]
         fit, label = [one for one in mine if one not in over], text(method)
         for designs, alpha in (fit, 1.0), (over, 0.35):
             if designs:
@@ -91,12 +91,12 @@ def _markers(table: Comparison, near: list[Attempt], ax: Axes, by: str) -> None:
 
 def _limit(table: Comparison, ax: Axes, by: str) -> None:
     """The budget's limit, where it is one along the axis."""
-    limit = None if table.budget is None else table.budget.along(by)
+    limit = table.budget.along(by)
     if limit is not None:
         ax.axvline(limit, label="budget", color="0.3", lw=1, ls="--")
 
 
-def _name(ax: Axes, front: list[Attempt], by: str, what: str) -> None:
+def _name(ax: Axes, front: list[Design], by: str, what: str) -> None:
     """How many states the designs on the front have, beside their points.
 
     The last is written inwards, a line above that of the point before it.
@@ -122,7 +122,7 @@ def _label(table: Comparison, ax: Axes, errors: list[float], by: str) -> None:
 
 
 def _points(
-    designs: list[Attempt], by: str, what: str
+    designs: list[Design], by: str, what: str
 ) -> tuple[list[float], list[float]]:
     return [getattr(one, by) for one in designs], [
         getattr(one, what) for one in designs

@@ -12,7 +12,7 @@ from matplotlib.gridspec import GridSpecFromSubplotSpec
 from numpy.typing import ArrayLike
 
 from ..arguments import expect
-from ..compare import Comparison
+from ..comparison import Comparison
 from ..observer import Observer
 from ..plant import Plant
 from .style import COLOURS, MARKERS, Look, style, text, unit

@@ -20,7 +20,10 @@ from .steady_gain import reduced_dynamics, steady_cost, steady_gain, step_from
 from .units import in_units, natural
 
 STATIONARITY_TOL = 1e-9  # of the best constant gain, relative
+REFINED = 1e-12  # where no more is to be gained
 PATIENCE = 20  # moves without a smaller residual before the search ends
+POLISHING = 3  # moves that do not halve it, once it certifies
+MOVES = 2000  # at most
 WEIGHED = ", or weight=numpy.eye(n): no gain may be best where states do not count."
 UNFELT = 1e-24  # of the largest cost
 MEMORY = 8  # moves that Anderson mixing looks back on
@@ -86,11 +89,13 @@ def _descended(now: Setting, K: Matrix) -> Matrix:
     cost, state = steady_cost(now, K, now.whole_weight)
     best, idle = (np.inf, K), 0
     memory: list[tuple[Matrix, Matrix]] = []
-    while idle < PATIENCE:
+    for _ in range(MOVES):
         residual, toward = _descent(now, K, state, columns)
-        idle = 0 if residual < best[0] else idle + 1  # NaN is no progress
+        good = best[0] <= STATIONARITY_TOL
+        progress = residual < (best[0] / 2 if good else best[0])  # NaN is none
+        idle = 0 if progress else idle + 1
         best = min(best, (residual, K), key=lambda pair: pair[0])
-        if residual <= 1e-12:
+        if best[0] <= REFINED or idle >= (POLISHING if good else PATIENCE):
             break
         memory = [*memory[-MEMORY:], (K, toward - K)]
         for trial in _trials(memory):

@@ -98,7 +98,7 @@ def _from_start(observer: Observer, plant: Plant, steps: int) -> Matrix:
 
 
 def _varying(table: Comparison, accurate: tuple[int, ...], steps: int) -> Matrix:
-    observer = reduced_order_filter(table.plant, accurate, L=table.k, steps=steps)
+    observer = reduced_order_filter(table.plant, accurate, L=table.L, steps=steps)
     return error_covariance(observer, table.plant, steps=steps)
 
 

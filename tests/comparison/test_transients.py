@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from luenberger.compare.transients import settling
+from luenberger.comparison.transients import settling
 
 
 @pytest.mark.parametrize("radius", [0.75, 0.9, 0.95, 0.99])
