@@ -63,7 +63,9 @@ WRONG = [
 def test_wrong_noises_do_not(record, wrong):
     plant = dataclasses.replace(PLANT, **wrong)
     assert "does not agree" in agreement(judge(plant, record))
-    page = report.files(lb.compare(plant, lb.candidates(plant, orders=2)), record)["report.html"]
+    page = report.files(lb.compare(plant, lb.candidates(plant, orders=2)), record)[
+        "report.html"
+    ]
     box = page[page.index('<div class="box bad">') : page.index("</div>")]
     assert "does not agree with the model (p = " in box and "luenberger fit" in box
 

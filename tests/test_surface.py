@@ -10,7 +10,6 @@ import luenberger as lb
 
 LINES = 60
 EARLY = 12  # lines until the example begins
-BEING_REPLACED = {"compare", "robustness", "sweep"}
 # what a plant or a record is made of counts once
 FIELDS = set("y u u0 time arrival".split()) | set("Q R S x0 P0".split())
 MORE = {"monte_carlo": 9}
@@ -34,10 +33,10 @@ def test_there_is_nothing_else():
 def test_no_function_has_the_name_of_a_module():
     modules = {found.name for found in pkgutil.iter_modules(lb.__path__)}
     assert {"plant", "sampling"} <= modules
-    assert modules & {*CALLED} <= BEING_REPLACED
+    assert not modules & {*CALLED}
 
 
-@pytest.mark.parametrize("name", sorted({*CALLED} - BEING_REPLACED))
+@pytest.mark.parametrize("name", sorted(CALLED))
 def test_its_help_is_a_screen_that_begins_with_an_example(name):
     one = CALLED[name]
     text = inspect.getdoc(one)
@@ -50,7 +49,7 @@ def test_its_help_is_a_screen_that_begins_with_an_example(name):
     assert ">>> " in "\n".join(text.splitlines()[:EARLY])
 
 
-@pytest.mark.parametrize("name", sorted({*CALLED} - BEING_REPLACED))
+@pytest.mark.parametrize("name", sorted(CALLED))
 def test_it_asks_for_few_things(name):
     one = CALLED[name]
     asked = methods(one) if inspect.isclass(one) else {name: one}

@@ -251,8 +251,8 @@ def _box(
         told.append("No observer is recommended; the reasons are below.")
     else:
         told.append(f"Recommended: {chosen.title}.")
-        if chosen.covariance is not None and best is not None:
-            own, least = chosen.sigma, best.sigma
+        own, least = chosen.sigma, None if best is None else best.sigma
+        if own is not None and least is not None:
             each = zip(table.estimates, own, least)
             told.append(
                 "One sigma in steady state, if the model holds: "
@@ -305,6 +305,7 @@ def _errors(table: Comparison) -> Part:
         return Prose(f"No {'error is known' if best is None else 'design fits'}.")
     if best is chosen:
         return Prose("The recommended design is the most accurate one.")
+    assert best.sigma is not None and chosen.sigma is not None  # their errors are known
     rows = [
         [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
         for name, a, b in zip(table.estimates, best.sigma, chosen.sigma)

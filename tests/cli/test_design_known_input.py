@@ -59,9 +59,10 @@ def test_the_report_asks_what_the_command_was_asked(
 
     def instead(plant, **asked):
         seen.update(asked, plant=plant)
-        return lb.compare(plant, methods="Kalman filter", **asked)
+        few = lb.candidates(plant, methods="Kalman filter")
+        return lb.compare(plant, few, **asked)
 
-    monkeypatch.setattr(sys.modules["luenberger.compare"], "compare", instead)
+    monkeypatch.setattr(sys.modules["luenberger.comparison"], "compare", instead)
     assert main(["design", "oven.json", "--U", text, "--out", "r"]) == 0
     plant = seen["plant"]
     assert plant == OVEN.with_input(U)
@@ -96,7 +97,10 @@ def test_a_report_under_a_model_of_the_input(here, capfd):
     assert "Errors count a known input that a model of 1 state drives." in page
     assert "The known input begins at the first sample." in page
     assert "Not shown" not in page
-    assert "the most accurate design within the budget of 1 observer state." in page
+    assert (
+        "the most accurate design in the table within the budget of 1 observer state."
+        in page
+    )
     assert "Recommended: fixed-order filter, order 1." in page
 
 

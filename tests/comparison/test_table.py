@@ -122,6 +122,6 @@ def test_a_bar_is_drawn_on_a_terminal_only(monkeypatch, capsys):
 
 def test_matrices_carry_names_and_leave_out_zeros(table):
     chosen = table.recommended()
-    tables = report.matrices(chosen, tracker())
+    tables = [*report._matrices(chosen.observer, tracker())]
     assert [t.header[0][0] for t in tables] == ["F", "D", "P", "V"]  # no input: no G, W
     assert tables[-1].header[1:] == ["radar_1|x", "doppler"]

@@ -10,7 +10,6 @@ import luenberger as lb
 from luenberger import plot, report
 from luenberger.comparison import METHODS
 from luenberger.comparison.transients import from_start, transients
-from luenberger.report import result_files
 from luenberger.show import number
 
 KALMAN, NOVAK, FIXED, REDUCED, DEADBEAT, FUNCTIONAL = METHODS
@@ -37,7 +36,7 @@ def table():
 
 def test_recommendation_in_words(table):
     chosen, best = table.recommended(), table.yardstick
-    text = repr(report.recommendation(table))
+    text = " ".join(report.page(table).split())
     title = "Leondes-Novak filter, radar taken as accurate, best constant gain, order 2"
     assert f"Recommended: {title}." in text
     assert "more than 10 % above that of the Kalman filter" in text
@@ -194,11 +193,12 @@ def test_noise_gain_is_weighed_against_settling(bare):
 
 
 def test_the_report_says_so_and_has_no_observer(bare):
-    assert "Nothing is recommended" in repr(report.recommendation(bare))
-    assert "Recommended:" not in repr(report.recommendation(bare))
+    files = report.files(bare)
+    assert "Nothing is recommended" in files["report.html"]
+    assert "Recommended:" not in files["report.html"]
+    assert "observer.json is not written" in files["report.html"]
     assert transients(bare)[0] == {}
-    files = result_files.files(bare)
-    assert [*files] == ["designs.csv"] and ",no," in files["designs.csv"]
+    assert [*files] == ["designs.csv", "report.html"] and ",no," in files["designs.csv"]
 
 
 def test_the_picture_is_of_noise_gain_and_settling_and_has_no_star(bare):

@@ -113,6 +113,16 @@ def candidates(
 ) -> dict[str, Candidate]:
     """Every method and every choice within it, by name: the designs of `compare`.
 
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
+    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[0.01]])
+    >>> [*lb.candidates(plant, methods="fixed-order filter")]
+    ['fixed-order filter, order 1', 'fixed-order filter, order 1, V = 0']
+    >>> lb.compare(plant, lb.candidates(plant, orders=2)).recommended().name
+    'Kalman filter'
+
     They are made for what `compare` is asked: its L and scale.
 
     Parameters
@@ -130,17 +140,7 @@ def candidates(
     Returns
     -------
     dict of str to Candidate
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0,
-    ...                  Q=[[0.25, 0.5], [0.5, 1]], R=[[0.01]])
-    >>> [*lb.candidates(plant, methods=["Kalman filter", "fixed-order filter"])]
-    ['Kalman filter', 'fixed-order filter, order 1', 'fixed-order filter, order 1, V = 0']
-    >>> lb.compare(plant, lb.candidates(plant, orders=2)).recommended().name
-    'Kalman filter'
-    """  # noqa: E501
+    """
     expect(plant=plant)
     wanted = _orders(orders, plant.n)
     given = None if poles is None else tuple(numbers(np.ravel(poles)))

@@ -40,6 +40,13 @@ def vary(
 ) -> dict[str, Plant]:
     """Plants within ranges about a nominal one: every corner, and random ones.
 
+    Examples
+    --------
+    >>> import luenberger as lb
+    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]])
+    >>> [*lb.vary(plant, {"A[0,0]": "20 %"}, samples=1)]
+    ['A[0,0] = 0.4', 'A[0,0] = 0.6', 'A[0,0] = 0.5273923375']
+
     `compare(plant, plants=vary(...))` judges designs for the nominal plant on all of
     them.  A continuous plant stays continuous; `compare` samples it.
 
@@ -67,13 +74,6 @@ def vary(
     ------
     ValueError
         If an entry is not there, or a range does not rise.
-
-    Examples
-    --------
-    >>> import luenberger as lb
-    >>> plant = lb.Plant([[0.5]], None, [[1]], dt=1.0, Q=[[1]], R=[[1]])
-    >>> [*lb.vary(plant, {"A[0,0]": "20 %"}, samples=1)]
-    ['A[0,0] = 0.4', 'A[0,0] = 0.6', 'A[0,0] = 0.5273923375']
     """
     expect(plant=plant)
     samples, seed = whole("samples", samples), whole("seed", seed)
