@@ -501,7 +501,7 @@ def compare(options: Namespace) -> None:
     compare ball-and-beam.json --sample 0.1 --U 0
     compare tracker.json --budget multiply_adds=12,bytes=60 --dtype float
     compare tracker.json --ranges "A[2,2]=0.9:1" --samples 10 --json
-    compare tracker.json --plants other.json --observers report/observer.json
+    compare tracker.json --plants tracker.json --observers report/observer.json
     """
     from .comparison import compare
     from .formats import writing

@@ -252,7 +252,7 @@ def _box(
     else:
         told.append(f"Recommended: {chosen.title}.")
         own, least = chosen.sigma, None if best is None else best.sigma
-        if own is not None and least is not None:
+        if best is not None and own is not None and least is not None:
             each = zip(table.estimates, own, least)
             told.append(
                 "One sigma in steady state, if the model holds: "
