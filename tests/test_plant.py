@@ -447,4 +447,5 @@ def test_equal_plants_and_observers_are_equal_and_hash_alike():
     for change in (dict(Q=[[2]]), dict(estimates=None), dict(name="a"), dict(U=[1])):
         assert dataclasses.replace(plant, **change) != plant
     assert lb.Plant([[-0.0]], None, [[1]]) == lb.Plant([[0.0]], None, [[1]])
+    assert lb.Plant([[[0.5]]], None, [[1]]) != lb.Plant([[0.5]], None, [[1]])
     assert lb.Plant([[0.5]], None, [[1]]) != lb.Observer(*[[[0.5]]] * 7)

@@ -25,6 +25,7 @@ def test_a_plant_in_a_few_lines_with_its_units():
         assert cell in page
     big = lb.Plant(np.eye(40), None, np.eye(3, 40))
     assert "and 34 more" in repr(big) and "continuous" in repr(big)
+    assert "x6 and 2 more" in repr(lb.Plant(np.eye(8), None, np.eye(1, 8)))
     assert "no noise" in repr(big) and "<table>" not in big._repr_html_()
 
 
