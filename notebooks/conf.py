@@ -5,6 +5,7 @@ They load nothing from elsewhere: MathJax, fonts and search are files among them
 """
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
@@ -103,7 +104,28 @@ def keep_pictures_inside(app):
     app.env.mystnb_config = app.env.mystnb_config.copy(output_folder=str(inside))
 
 
+LED_BACK = re.compile(r'(href="[^"#]*)#((?:luenberger|matrixproof)\.[\w.]+)"')
+
+
+def lead_back(app, pagename, templatename, context, doctree):
+    """Viewcode leads back from a module by one prefix; some names have another."""
+    if not pagename.startswith("_modules/"):
+        return
+    known, module = app.env.get_domain("py").objects, pagename.partition("/")[2]
+
+    def right(found):
+        name, own = found[2], found[2]
+        while name not in known and "." in own:
+            own = own.partition(".")[2]
+            name = f"{module.replace('/', '.')}.{own}"
+            name = name if name in known else f"{module.partition('/')[0]}.{own}"
+        return f'{found[1]}#{name}"'
+
+    context["body"] = LED_BACK.sub(right, context["body"])
+
+
 def setup(app):
+    app.connect("html-page-context", lead_back)
     app.connect("source-read", link_to_pages)
     app.connect("builder-inited", keep_pictures_inside, priority=900)
 

@@ -18,7 +18,7 @@ from .lines import cited_latex, cited_text, gap, idle, shown, words
 from .models import differ, evaluate, model, sizes_of
 from .prose import plain
 from .relations import Reasons, named, refuse_means, unfounded
-from .typeset import columns, latex, padded, text
+from .typeset import Show, columns, latex, padded, text
 from .words import Formula, denied, exact, kept, same_shape
 
 
@@ -469,20 +469,20 @@ class Counterexample(Shown):
             found.append("the sides are equal")
         return found
 
-    def _said(self, show):
+    def said(self, show: Show) -> tuple[list[str], str, str]:
         """The values as equations, and the two sides at them."""
         values = [f"{show(s)} = {shown(v, show)}" for s, v in self.values.items()]
         sides = self.left, self.right
         return values, *(shown(evaluate(x, self.values), show) for x in sides)
 
     def _as_text(self):
-        values, left, right = self._said(text)
+        values, left, right = self.said(text)
         said = f"with {', '.join(values)}, the sides are {left} and {right}"
         yield f"  {text(self.left)} ≠ {text(self.right)}"
         yield f"    {said}  {self.mark}"
 
     def _as_latex(self):
-        values, left, right = self._said(latex)
+        values, left, right = self.said(latex)
         yield rf"{latex(self.left)} &\ne {latex(self.right)}"
         said = r",\; ".join(values)
         yield rf"{left} &\ne {right} && {said} && {LATEX_MARKS[self.mark]}"

@@ -121,5 +121,5 @@ def test_what_has_no_factor_is_refused():
     with pytest.raises(lb.DesignError, match="without multiplicative noise"):
         white_noise_factor(observer, noisy, A1)
     cart = lb.Plant([[1, 1], [0, 1]], None, [[1, 0]], dt=1.0, Q=np.eye(2), R=[[1]])
-    with pytest.raises(lb.DesignError, match="the mode 1 on or outside.*robustness"):
+    with pytest.raises(lb.DesignError, match="the mode 1 on or outside.*lb.compare"):
         white_noise_factor(lb.kalman_filter(cart), cart, np.eye(2))

@@ -2,7 +2,6 @@
 
 import collections
 import html
-import importlib
 import inspect
 import json
 import pathlib
@@ -153,23 +152,6 @@ def displayed(notebook):
 def marks(data):
     """How many lines with a mark an output of a cell holds."""
     return len(MARK.findall("".join(data.get("text/latex", ""))))
-
-
-# -- the reference ---------------------------------------------------------------------
-
-DOCUMENTED = re.compile(r"^\.\. auto(?:class|function|exception):: (\S+)$", re.M)
-
-
-def test_names_of_one_module_have_one_prefix_in_the_reference():
-    """Sphinx leads back from a module's source by one prefix for all of its names."""
-    prefixes = collections.defaultdict(set)
-    for path in sorted((ROOT / "notebooks" / "pages" / "api").glob("*.rst")):
-        for name in DOCUMENTED.findall(path.read_text(encoding="utf-8")):
-            prefix, _, own = name.rpartition(".")
-            found = getattr(importlib.import_module(prefix), own)
-            prefixes[found.__module__].add(prefix)
-    assert len(prefixes) > 10
-    assert {where: names for where, names in prefixes.items() if len(names) > 1} == {}
 
 
 # -- the pages -------------------------------------------------------------------------

@@ -96,7 +96,7 @@ class Entry:
 
     @property
     def used_by(self) -> str:
-        """What uses it: the name that follows ``lb.``, or its own in another room."""
+        """The name that uses it, as it follows ``lb.``, or its own in another room."""
         name = self.used.removeprefix("luenberger.")
         return name if name.count(".") < 2 else name.rpartition(".")[2]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, overload
 
 import numpy as np
@@ -178,18 +178,3 @@ def require_finite(x: Matrix, names: Sequence[str], at: Place) -> None:
         f"{at(k)}: the estimate of {short(names[j])} overflows; the measurements are "
         "too large, or the observer is not stable"
     )
-
-
-def plain(
-    observer: Observer,
-    y: Matrix,
-    u: Matrix,
-    kept: Callable[[Vector], Vector] = np.positive,
-) -> Matrix:
-    """Estimates of a constant observer from z0 on; of each state it keeps kept(z)."""
-    o = observer
-    z, drive, states = kept(o.z0), u @ o.G.T + y @ o.D.T, []
-    for now in drive:
-        states.append(z)
-        z = kept(o.F @ z + now)
-    return np.array(states).reshape(drive.shape) @ o.P.T + y @ o.V.T + u @ o.W.T

@@ -116,7 +116,7 @@ def step(item):
 
 def instance(item):
     """A counterexample: the claim, the values, the sides; it is checked."""
-    values, (left, right) = item.said(latex)
+    values, left, right = item.said(latex)
     claim = rf"{latex(item.left)} \ne {latex(item.right)}"
     grid = nodes.container(classes=["lines"])
     grid += nodes.paragraph("", "", formula(claim), classes=["start"])

@@ -15,7 +15,7 @@ from ...numeric import Matrix
 from ...numeric.linalg import modes
 from ...observer import Observer
 from ...papers.leondes_novak.derivation import observer_step
-from ...run.estimate import plain
+from ...run.estimate import estimated
 from .source_and_header import Cost, Module, Signals, Use, prototype
 from .source_and_header import texts as both
 
@@ -103,7 +103,7 @@ def texts(observer: Observer, name: str, real: str, signals: Signals) -> dict[st
             functions,
             sum(one.constants for one in found.values()),
             {k: Cost(x.terms, x.operations, x.stack) for k, x in found.items()},
-            (u, y, plain(observer, y, u)),
+            (u, y, estimated(observer, (0, observer.z0), y, u)[1]),
         )
     )
 
