@@ -79,6 +79,14 @@ def test_errors_that_differ_by_rounding_are_equal(part, equal, size):
     assert of(second, fake("c", 2 * size), first).excess(first) == wanted
 
 
+@pytest.mark.parametrize(("part", "worth_it"), [(0.9e-9, False), (1.1e-9, True)])
+def test_what_costs_more_is_on_the_front_if_it_is_better_than_by_rounding(
+    part, worth_it
+):
+    cheap, dear = fake("cheap", 1.0), fake("dear", 1 - part, work=2)
+    assert of(cheap, dear).pareto() == [cheap, dear][: 1 + worth_it]
+
+
 def test_equal_errors_leave_it_to_the_mean_and_equal_work_to_the_error():
     worse, better = fake("a", 1.2, mean=1.2), fake("b", 1.2, mean=1.1)
     assert of(worse, better).pareto() == [better]
