@@ -52,7 +52,7 @@ table { border-collapse: collapse; margin: .8em 0; font-size: .88em; }
 th { text-align: left; border-bottom: 2px solid #444; vertical-align: bottom; }
 th, td { padding: .25em .55em; font-variant-numeric: tabular-nums; }
 td { border-bottom: 1px solid #ddd; overflow-wrap: anywhere; }
-.number { text-align: right; }
+.number { text-align: right; white-space: nowrap; }
 .chosen { font-weight: bold; }
 pre { font: 13px/1.4 ui-monospace, Menlo, Consolas, monospace; background: #f6f6f6;
       padding: .6em .8em; white-space: pre-wrap; overflow-wrap: anywhere; }
