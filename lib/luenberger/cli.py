@@ -903,8 +903,11 @@ def estimate(options: Namespace) -> None:
     require_other(options.out, options.plant)
     observer = Observer.from_json(options.observer)
     known = None if options.plant is None else plant_of(options.plant, options)
-    over = lambda table: tables.estimates(observer, table, known)  # noqa: E731
-    _run_over(options, options.observer, over)
+
+    def read(table: "Table") -> Any:
+        return tables.estimates(observer, table, known)
+
+    _run_over(options, options.observer, read)
 
 
 def _run_over(

@@ -26,7 +26,7 @@ from .run.estimate import estimate
 from .run.filter import Filter
 from .run.measurements import Estimates, Measurements
 from .run.record import Record
-from .show import Picture, Prose, Table, number, unit
+from .show import Picture, Prose, Table, counted, number, unit
 
 PAGE = "report.html"
 FILES = ("plant.json", "data.csv", "observer.json", "designs.csv", "estimates.csv")
@@ -186,7 +186,7 @@ def _parts(
 
     yield _section("Recommendation")
     yield Prose(*table.reasons())
-    yield _errors(table)
+    yield from _errors(table)
 
     yield _section("Does the record agree with the model?")
     yield Prose(*_agreement(table, record, tests))
@@ -298,19 +298,17 @@ def _box(
     )
 
 
-def _errors(table: Comparison) -> Part:
+def _errors(table: Comparison) -> Iterator[Part]:
     """One-sigma steady error of each estimate, recommended design against the best."""
     chosen, best = table.chosen, table.yardstick
-    if chosen is None or best is None:
-        return Prose(f"No {'error is known' if best is None else 'design fits'}.")
-    if best is chosen:
-        return Prose("The recommended design is the most accurate one.")
+    if chosen is None or best is None or best is chosen:
+        return  # as the reasons say
     assert best.sigma is not None and chosen.sigma is not None  # their errors are known
     rows = [
         [name, number(a, 4), number(b, 4), percent(b / a - 1 if a > 0 else 0.0)]
         for name, a, b in zip(table.estimates, best.sigma, chosen.sigma)
     ]
-    return Table(["one sigma of", best.method, "recommended", "more"], rows)
+    yield Table(["one sigma of", best.method, "recommended", "more"], rows)
 
 
 def _tests(
@@ -412,7 +410,7 @@ def _about(record: Measurements | None, found: Estimates | None) -> str:
     if record is None:
         return "No measurements were given."
     none = "No estimates, as no observer is recommended."
-    return f"{_count(len(record.y), 'sample')}. {found.how if found else none}"
+    return f"{counted(len(record.y), 'sample')}. {found.how if found else none}"
 
 
 def _fitted(fit: NoiseFit) -> Table:
@@ -616,7 +614,3 @@ def _plain(name: str) -> str:
     """A name without its unit."""
     own = unit(name)
     return name.rstrip().removesuffix(f"({own})").rstrip() if own else name
-
-
-def _count(size: int, noun: str) -> str:
-    return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"

@@ -215,14 +215,12 @@ def _require_rows(one: Design, rows: Any) -> None:
 def _with_more(table: Comparison, asked: Question, rows: Any) -> Comparison:
     """The table with fixed orders that could win, and what was left out."""
     untried = [*left_out(table.plant)]
-    found: list[Design] = []
 
     def tried(order: int) -> Design:
         one = made(fixed_order(order), asked, table.budget.dtype)
         return _judged([one], asked, rows, table.plants)[0] if not one.refusal else one
 
-    for one in more_orders(table, tried):
-        found.append(one)
+    found = [*more_orders(table, tried)]
     missed = [one for one in found if one.error is None]
     if table.plant.n > NO_ORDER_ABOVE or missed:
         untried.append("fixed-order filters of other orders")

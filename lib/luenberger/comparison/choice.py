@@ -251,17 +251,7 @@ def _up_to_the_rule(
         return  # the first few orders are near enough, and any other is more work
     orders = range(FEW_ORDERS + 1, table.plant.n)
     last = max((r for r in orders if _work(table, r) < light), default=0)
-    low, high, order = FEW_ORDERS, last + 1, min(2 * FEW_ORDERS, last)
-    while low < order < high:
-        one = tried(order)
-        yield one
-        if one.error is None:
-            return
-        if table.excess(one) <= TOLERANCE:
-            high = order
-        else:
-            low = order
-        order = (low + high) // 2 if high <= last else min(2 * low, last)
+    yield from _sought(last, tried, lambda one: table.excess(one) <= TOLERANCE)
 
 
 def _up_to_the_budget(
@@ -276,16 +266,30 @@ def _up_to_the_budget(
     last = max(
         (r for r in orders if _work(table, r) <= room[0] and r <= room[1]), default=0
     )
+
+    def beyond(one: Design) -> bool | None:
+        if table.budget.over(one):  # a pair of poles, or bytes, cost more than foreseen
+            return True
+        return None if one.error <= least else False
+
+    yield from _sought(last, tried, beyond)
+
+
+def _sought(
+    last: int,
+    tried: Callable[[int], Design],
+    beyond: Callable[[Design], bool | None],
+) -> Iterator[Design]:
+    """Orders up to `last`, twice as large each time, then by bisection.
+
+    The order that is sought lies below one of which `beyond` is true; None ends it.
+    """
     low, high, order = FEW_ORDERS, last + 1, min(2 * FEW_ORDERS, last)
     while low < order < high:
         one = tried(order)
         yield one
-        if one.error is None:
+        told = None if one.error is None else beyond(one)
+        if told is None:
             return
-        if table.budget.over(one):  # a pair of poles, or bytes, cost more than foreseen
-            high = order
-        elif one.error <= least:
-            return
-        else:
-            low = order
+        low, high = (low, order) if told else (order, high)
         order = (low + high) // 2 if high <= last else min(2 * low, last)

@@ -31,11 +31,9 @@ from ..observer import Observer
 from ..papers.leondes_novak.design import kalman_filter
 from ..plant import Plant
 from .designs import (
-    DEADBEAT,
-    FIXED,
-    FUNCTIONAL,
     KALMAN,
-    REDUCED,
+    METHODS,
+    NOVAK,
     Candidate,
     Question,
     additive,
@@ -272,14 +270,15 @@ class Design:
 @np.errstate(all="ignore")  # a note is a design's warning, not NumPy's of an overflow
 def made(candidate: Candidate, asked: Question, dtype: str = "double") -> Design:
     """Design, and measure all but the error; or say why there is no design."""
-    plant, known = asked.plant, dataclasses.asdict(_head(candidate))
+    plant = asked.plant
+    known: dict[str, Any] = {name: getattr(candidate, name) for name in SHARED}
     try:
         observer, warned = _quietly(candidate, asked)
         if observer.L.shape[1] != plant.n:
             raise ValueError(
                 f"it is of a plant with {observer.L.shape[1]} states, not {plant.n}"
             )
-        ours = candidate.method in OURS
+        ours = candidate.method in METHODS
         designed = observer.order
         observer, certificate, best = _light(candidate, asked, observer, ours, dtype)
         moved = disturbed(observer, plant, certificate)
@@ -307,21 +306,8 @@ def _left_out(hidden: int) -> str:
     return said if hidden else ""
 
 
-ADDITIVE_ONLY = {KALMAN, "Leondes-Novak filter"}
-OURS = ADDITIVE_ONLY | {FIXED, REDUCED, DEADBEAT, FUNCTIONAL}
-
-
-@dataclass
-class _Head:
-    method: str
-    label: str
-    order: int | None
-    accurate: tuple[int, ...]
-    horizon: str | None
-
-
-def _head(one: Candidate) -> _Head:
-    return _Head(one.method, one.label, one.order, one.accurate, one.horizon)
+ADDITIVE_ONLY = {KALMAN, NOVAK}
+SHARED = ("method", "label", "order", "accurate", "horizon")  # candidate and design
 
 
 def _quietly(candidate: Candidate, asked: Question) -> tuple[Observer, list[str]]:

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import FIT, SAMPLE
 from ..numeric import Vector
 from ..plant import Plant
-from ..show import number
+from ..show import counted, number
 from .choice import COSTS, amount, first_least, fitting, listed, next_beyond
 from .designs import KALMAN
 from .judge import Design
@@ -52,11 +52,6 @@ def reasons(table: Comparison, tolerance: float) -> list[str]:
         *_untried(table),
         last,
     ]
-
-
-def count(size: int, noun: str) -> str:
-    """ "no states", "1 state", "2 states"."""
-    return f"{size or 'no'} {noun}{'' if size == 1 else 's'}"
 
 
 def percent(excess: float | None, digits: int = 4) -> str:
@@ -111,7 +106,7 @@ def _beside(table: Comparison) -> str:
 def _plants(table: Comparison) -> Iterator[str]:
     if len(table.plants) > 1:
         yield (
-            f"Each design is judged on {count(len(table.plants), 'plant')}, the "
+            f"Each design is judged on {counted(len(table.plants), 'plant')}, the "
             "nominal one among them, and its error is that on the worst of them."
         )
 
@@ -153,8 +148,8 @@ def _price(table: Comparison, chosen: Design) -> Iterator[str]:
     saved = 1 - chosen.work / best.work if best.work else 0.0
     less = f"{100 * abs(saved):.0f} % {'less' if saved >= 0 else 'more'}"
     yield (
-        f"It runs with {count(chosen.order, 'observer state')} instead of {best.order} "
-        f"and {chosen.work} multiply-adds a step instead of {best.work}, {less}."
+        f"It runs with {counted(chosen.order, 'observer state')} instead of "
+        f"{best.order} and {chosen.work} multiply-adds a step instead of {best.work}, {less}."
     )
 
 
@@ -266,8 +261,8 @@ def _growing(table: Comparison) -> Iterator[str]:
         if one.growing:
             first = one.growing[0]
             yield (
-                f"The error of {one.name} grows on {count(len(one.growing), 'plant')}, "
-                f"such as {first}: {one.cases[first].refusal}"
+                f"The error of {one.name} grows on "
+                f"{counted(len(one.growing), 'plant')}, such as {first}: {one.cases[first].refusal}"
             )
 
 
@@ -277,7 +272,7 @@ def _not_weighed(table: Comparison) -> Iterator[str]:
     if unknown and table.plant.m and table.plant.U is None:
         where = "" if len(table.plants) == 1 else " on some plant"
         yield (
-            f"Not weighed: {count(len(unknown), 'design')} whose estimate the known "
+            f"Not weighed: {counted(len(unknown), 'design')} whose estimate the known "
             f"input disturbs{where}. They are weighed once plant.with_input(U) says "
             "what it is like."
         )
@@ -305,7 +300,7 @@ def _assumed(table: Comparison) -> Iterator[str]:
     if U is None or not plant.m:
         return
     if isinstance(U, Plant):
-        driven = count(U.n, "state")
+        driven = counted(U.n, "state")
         yield f"Errors count a known input that a model of {driven} drives."
         return
     if not U.any():

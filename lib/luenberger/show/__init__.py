@@ -12,6 +12,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from .blocks import counted as counted
 from .numbers import array as array
 from .numbers import number as number
 from .numbers import unit as unit
