@@ -149,7 +149,8 @@ def _price(table: Comparison, chosen: Design) -> Iterator[str]:
     less = f"{100 * abs(saved):.0f} % {'less' if saved >= 0 else 'more'}"
     yield (
         f"It runs with {counted(chosen.order, 'observer state')} instead of "
-        f"{best.order} and {chosen.work} multiply-adds a step instead of {best.work}, {less}."
+        f"{best.order} and {chosen.work} multiply-adds a step instead of "
+        f"{best.work}, {less}."
     )
 
 
@@ -262,7 +263,8 @@ def _growing(table: Comparison) -> Iterator[str]:
             first = one.growing[0]
             yield (
                 f"The error of {one.name} grows on "
-                f"{counted(len(one.growing), 'plant')}, such as {first}: {one.cases[first].refusal}"
+                f"{counted(len(one.growing), 'plant')}, such as {first}: "
+                f"{one.cases[first].refusal}"
             )
 
 
